@@ -205,7 +205,7 @@ impl<'a> Scene<'a> {
     /// Noise and step of the motion channel.
     fn motion_noise(&self, axis: usize, x: &[f64]) -> (f64, f64) {
         let spec = &self.spec;
-        let rms = (x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64).sqrt();
+        let rms = ndof_signal::rms(x);
         match self.setting.measured {
             Quantity::Velocity => (0.003 * rms, 0.002 * rms),
             Quantity::Acceleration => (0.006 * rms, 0.004 * rms),

@@ -64,9 +64,7 @@ fn steps(case: &Case, made: &Made) -> Option<f64> {
     let at = case.hidden.iter().position(|h| h.name.starts_with("quantisation"))?;
     let step = made.truth[at].first()?.1;
     let x = &made.recordings[0].channels()[made.motion(case.plant)[made.axis]].samples;
-    let mean = x.iter().sum::<f64>() / x.len() as f64;
-    let rms = (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / x.len() as f64).sqrt();
-    Some(step / 12f64.sqrt() / rms)
+    Some(step / 12f64.sqrt() / ndof_signal::deviation(x))
 }
 
 /// Whether all that is hidden lies within what instruments are allowed: a delay or filter below 0.8 ms and an angle below 2° (four

@@ -6,6 +6,7 @@ use crate::linear::{Symmetric, dot};
 use crate::state::State;
 use ndarray::Array2;
 use ndof_linear::eigenvalues;
+use ndof_signal::rms;
 use num_complex::Complex64;
 use std::borrow::Cow;
 
@@ -71,12 +72,7 @@ impl Runner {
         let mut rest = rest_of(&base);
         for _ in 0..2 {
             let felt = rings.iter().flat_map(|ring| [&effort[ring.axis]; 2]);
-            let size: Vec<f64> = x
-                .iter()
-                .chain(v)
-                .chain(felt)
-                .map(|s| 1e-3 * (s[range.clone()].iter().map(|v| v * v).sum::<f64>() / range.len() as f64).sqrt().max(1e-12))
-                .collect();
+            let size: Vec<f64> = x.iter().chain(v).chain(felt).map(|s| 1e-3 * rms(&s[range.clone()]).max(1e-12)).collect();
             let slopes: Vec<Vec<f64>> = (0..guess.len())
                 .map(|q| {
                     let mut g = guess.clone();

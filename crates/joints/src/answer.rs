@@ -13,7 +13,7 @@ use crate::motion::Motion;
 use crate::options::Options;
 use crate::passing::Passing;
 use crate::rivals::{EITHER, TOLD_APART, rivals};
-use crate::scene::{Scene, deviation, rms};
+use crate::scene::Scene;
 use crate::search::Solved;
 use crate::table::View;
 use crate::taken::Taken;
@@ -21,7 +21,7 @@ use crate::verdict::removed;
 use ndof_devices::TERMS_OF_A_LINK;
 use ndof_diagnose::{Cause, Confusable, Considered, Diagnosis, Extended, Gain, Minor, Model as Told, ModelParameter, Score, Shift, Site, Split, UNSURE};
 use ndof_models::robot::Robot;
-use ndof_signal::Recording;
+use ndof_signal::{Recording, deviation, rms};
 use ndof_sysid::Ports;
 
 /// What to do where nothing of the log tells.

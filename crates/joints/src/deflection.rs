@@ -260,9 +260,10 @@ pub(crate) fn deflected(motion: &Motion, scene: &Scene<'_>, joint: usize, deflec
 mod tests {
     use super::*;
     use crate::column::Column;
-    use crate::scene::{rms, scene};
+    use crate::scene::scene;
     use crate::swinging::swinging;
     use ndof_devices::RobotConfig;
+    use ndof_signal::rms;
     use ndof_signal::{Channel, Quantity, Recording, Unit};
     use ndof_sysid::Ports;
 

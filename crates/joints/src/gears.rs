@@ -6,10 +6,10 @@ use crate::column::Column;
 use crate::deflection::{Gear, Lets, heavier};
 use crate::logged::Logged;
 use crate::model::{Model, open, residual, solved};
-use crate::scene::rms;
 use crate::search::Solved;
 use crate::table::{Series, Slopes, Table, View};
 use ndof_devices::TERMS_OF_A_LINK;
+use ndof_signal::rms;
 use rayon::prelude::*;
 use std::sync::Arc;
 

@@ -3,8 +3,8 @@
 use crate::blocks::block_products;
 use crate::model::{Model, residual};
 use crate::noise::Whitener;
-use crate::scene::rms;
 use crate::table::{Series, View, later};
+use ndof_signal::rms;
 use ndof_sysid::two_sided_t;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 

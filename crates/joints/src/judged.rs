@@ -10,10 +10,10 @@ use crate::model::{Model, put_back, residual};
 use crate::options::Options;
 use crate::refined;
 use crate::rivals::{TOLD_APART, better, rivals};
-use crate::scene::rms;
 use crate::search::{Rule, hypotheses};
 use crate::sizes::Sizes;
 use crate::table::{Table, View};
+use ndof_signal::rms;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 

@@ -4,9 +4,9 @@ use crate::causes::Form;
 use crate::logged::Logged;
 use crate::model::{Model, residual};
 use crate::noise::Whitener;
-use crate::scene::deviation;
 use crate::search::Solved;
 use crate::table::{Series, Table, View};
+use ndof_signal::deviation;
 use rayon::prelude::*;
 use std::sync::Arc;
 

@@ -45,7 +45,6 @@ mod pictures;
 mod refined;
 mod remains;
 mod rivals;
-mod robust;
 mod scene;
 mod search;
 mod shared_tests;

@@ -1,7 +1,6 @@
 //! Rows that a log without times has lost: where all joints go on at once by whole samples more than their steps before and after allow.
 
-use crate::robust::spread;
-use ndof_signal::{Channel, Recording, RecordingError, interpolated};
+use ndof_signal::{Channel, Recording, RecordingError, interpolated, robust_spread};
 use ndof_sysid::Ports;
 use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, Normal};
 
@@ -138,7 +137,7 @@ const TELLS: f64 = 3.3;
 
 /// Variance of a step less its neighbour: that of second differences, whatever the few that are larger, and no less than that of an encoder's steps.
 fn variance(angle: &[f64]) -> f64 {
-    let (_, middle) = spread(&angle.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]).collect::<Vec<_>>());
+    let (_, middle) = robust_spread(&angle.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]).collect::<Vec<_>>());
     let step = angle.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
     // Rounding is of a twelfth of a squared step; of a second difference six of it.
     let rounding = if step.is_finite() { step * step / 2.0 } else { 0.0 };

@@ -4,7 +4,8 @@ use crate::bodies::turned;
 use crate::column::Column;
 use crate::dynamics::inverse_dynamics;
 use crate::motion::Motion;
-use crate::scene::{Scene, deviation};
+use crate::scene::Scene;
+use ndof_signal::deviation;
 
 /// What may have happened to the channels of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use crate::blocks::BLOCKS;
 use crate::model::{Model, residual};
 use crate::options::Options;
-use crate::robust::spread;
 use crate::table::{Series, View};
+use ndof_signal::robust_spread;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A torque that acts for a while.
@@ -63,7 +63,7 @@ fn blocks(view: &View<'_>, rest: &Series, j: usize, length: usize) -> Vec<Block>
 
 /// The largest stretch of blocks beyond chance, and beyond a size if it is taken over all of them.
 fn largest(blocks: &[Block], chance: f64, size: f64) -> Option<Passing> {
-    let (middle, scatter) = spread(&blocks.iter().map(|block| block.mean).collect::<Vec<_>>());
+    let (middle, scatter) = robust_spread(&blocks.iter().map(|block| block.mean).collect::<Vec<_>>());
     let law = StudentsT::new(0.0, 1.0, FREEDOM * blocks.len() as f64).ok()?;
     let beyond = |block: &Block| scatter > 0.0 && 2.0 * law.sf((block.mean - middle).abs() / scatter) * (blocks.len() as f64) < chance;
     let all: f64 = blocks.iter().map(|block| block.count).sum();

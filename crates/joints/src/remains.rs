@@ -2,8 +2,8 @@
 
 use crate::answer::Answer;
 use crate::model::residual;
-use crate::scene::rms;
 use ndof_models::robot::Robot;
+use ndof_signal::rms;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
 
 /// Torque that is left of a joint (N m), and how it shows.

@@ -8,7 +8,7 @@ use crate::dynamics::inverse_dynamics;
 use crate::motion::Motion;
 use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
 use ndof_models::robot::{Joints, Robot};
-use ndof_signal::{MotionNoise, RESOLVED, Recording, derivatives, effort_noise};
+use ndof_signal::{MotionNoise, RESOLVED, Recording, derivatives, deviation, effort_noise, rms};
 use ndof_sysid::Ports;
 use std::sync::Arc;
 
@@ -252,14 +252,4 @@ impl Scene<'_> {
         out.iter_mut().flatten().zip(motion.beyond.iter().flatten()).for_each(|(t, b)| *t += b);
         out
     }
-}
-
-pub(crate) fn rms(x: &[f64]) -> f64 {
-    (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
-}
-
-/// Standard deviation.
-pub(crate) fn deviation(x: &[f64]) -> f64 {
-    let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
-    (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / x.len().max(1) as f64).sqrt()
 }

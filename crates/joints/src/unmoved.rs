@@ -2,9 +2,8 @@
 
 use crate::causes::Form;
 use crate::column::Column;
-use crate::scene::rms;
 use crate::table::View;
-use ndof_signal::Recording;
+use ndof_signal::{Recording, rms};
 use ndof_sysid::Ports;
 
 /// For each joint whether it goes no further than a step of its encoder in the time that the band resolves: its rate is then that of single steps, which follow from nothing.

@@ -5,8 +5,8 @@ use crate::causes::Form;
 use crate::judged::share;
 use crate::model::residual;
 use crate::refined::refined;
-use crate::scene::{deviation, rms};
 use ndof_diagnose::{NoiseFloor, Score, Verdict};
+use ndof_signal::{deviation, rms};
 
 impl Answer<'_> {
     /// What no column of any cause removes, and the noise above the band.

@@ -28,6 +28,7 @@ mod segments;
 #[cfg(test)]
 mod shared_tests;
 mod slepian;
+mod spread;
 mod stationarity;
 mod totals;
 mod transform;
@@ -55,6 +56,7 @@ pub use quantity::{Quantity, Unit, UnknownUnit};
 pub use recording::{Channel, Recording, RecordingError};
 pub use segments::{Detrend, SamplesError, effective_averages};
 pub use slepian::{SlepianError, SlepianTapers, slepian_tapers};
+pub use spread::{deviation, rms, robust_spread};
 pub use stationarity::{Normality, ReverseArrangements, StationarityError, normality, reverse_arrangements};
 pub use transform::{ComplexToReal, RealToComplex, forward_transform, inverse_transform, signal_by, spectrum_by};
 pub use vectorized::vectorized;

@@ -132,7 +132,7 @@ mod tests {
             vec![Channel::new("force_x", Unit::si(Quantity::Effort, false), force), Channel::new("pos_x", Unit::si(Quantity::Displacement, false), x)];
         let (clean, note) = without_handle(&Recording::new(rate, channels).unwrap(), "force_x", "pos_x", m).unwrap();
         let left = &clean.channel("force_x").unwrap().samples[100..19_900];
-        let rms = (left.iter().map(|f| f * f).sum::<f64>() / left.len() as f64).sqrt();
+        let rms = ndof_signal::rms(left);
         let told_hz: Option<f64> = note.as_ref().and_then(|note| note.message.split(" up to ").nth(1)?.split(' ').next()?.parse().ok());
         // The transducer's own noise of 0.0058 N, and as much again at most.
         assert!(rms < 0.0058 * 2.0_f64.sqrt() * 1.1 && told_hz.is_some_and(|hz| hz > 5.8), "{rms} {note:?}");

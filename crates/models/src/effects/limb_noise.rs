@@ -48,7 +48,7 @@ fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, Ef
             let mut random = SplitMix(setting.seed ^ (axis as u64).wrapping_mul(0xa076_1d64_78bd_642f));
             let mut filter = filter.clone();
             let mut track: Vec<f64> = (0..run_in + length).map(|_| filter.step(2.0 * random.uniform() - 1.0)).skip(run_in).collect();
-            let size = (track.iter().map(|x| x * x).sum::<f64>() / track.len() as f64).sqrt().max(f64::MIN_POSITIVE);
+            let size = ndof_signal::rms(&track).max(f64::MIN_POSITIVE);
             track.iter_mut().for_each(|x| *x *= rms / size);
             (axis, track)
         })

@@ -12,7 +12,7 @@ use crate::fit::{Information, t_quantile};
 use crate::{Minimum, Parameter, StopReason};
 use faer::Mat;
 use ndarray::Array2;
-use ndof_signal::{Passband, SosFilter};
+use ndof_signal::{Passband, SosFilter, deviation, rms};
 use serde::{Deserialize, Serialize};
 
 /// Settings of a free-run fit: minimises Σ (y − ŷ(θ, x₀))² / σ² where ŷ runs free from what was imposed over windows with
@@ -290,20 +290,13 @@ impl FreeRunFit {
     }
 }
 
-fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let count = values.clone().count() as f64;
-    let mean = values.clone().sum::<f64>() / count;
-    (values.map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt()
-}
-
 impl Shooting<'_> {
     /// Divides each axis by its rms residual.
     fn reweight(&mut self, x: &[f64]) {
         let errors = self.errors(x, true);
         for i in 0..self.axes() {
             let own = self.series(&errors, i).concat();
-            let rms = (own.iter().map(|r| r * r).sum::<f64>() / own.len().max(1) as f64).sqrt();
-            self.sigma[i] *= rms.max(1e-12);
+            self.sigma[i] *= rms(&own).max(1e-12);
         }
     }
 
@@ -360,7 +353,7 @@ impl Shooting<'_> {
                 }
             })
             .collect();
-        deviation(compared.iter().copied())
+        deviation(&compared)
     }
 
     /// What runs leave of the outputs, whatever the noise is taken for.
@@ -370,8 +363,7 @@ impl Shooting<'_> {
             .map(|i| {
                 let own: Vec<f64> = self.series(&errors, i).concat().iter().map(|r| r * self.sigma[i]).collect();
                 let spread = self.spread(i);
-                let rms = (own.iter().map(|r| r * r).sum::<f64>() / own.len().max(1) as f64).sqrt();
-                (rms / spread, 100.0 * (1.0 - (deviation(own.iter().copied()) / spread).powi(2)))
+                (rms(&own) / spread, 100.0 * (1.0 - (deviation(&own) / spread).powi(2)))
             })
             .unzip();
         Score { nrmse, vaf_percent }

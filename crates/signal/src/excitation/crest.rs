@@ -1,5 +1,6 @@
 //! Phases for a low peak: iterative clipping.
 
+use crate::spread::rms;
 use crate::transform::{ComplexToReal, RealToComplex, forward_transform, inverse_transform, signal_by, spectrum_by};
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -28,7 +29,7 @@ impl Synthesis {
 /// Peak over rms.
 pub(super) fn crest_factor(signal: &[f64]) -> f64 {
     let peak = signal.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
-    peak / (signal.iter().map(|s| s * s).sum::<f64>() / signal.len() as f64).sqrt()
+    peak / rms(signal)
 }
 
 /// Lowers the largest crest factor of one axis over its experiments (each turns all lines by `turns[e]`), in place;

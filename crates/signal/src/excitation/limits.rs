@@ -2,6 +2,7 @@
 
 use super::ExcitationError;
 use crate::periodic::amplitudes;
+use crate::spread::rms;
 use crate::transform::{forward_transform, inverse_transform, signal_by, spectrum_by};
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -29,7 +30,7 @@ impl SignalSize {
     pub fn of(signal: &[f64], sample_rate_hz: f64) -> Self {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |m: f64, v| m.max(v.abs()));
         SignalSize {
-            rms: (signal.iter().map(|s| s * s).sum::<f64>() / signal.len().max(1) as f64).sqrt(),
+            rms: rms(signal),
             peak: largest(&mut signal.iter().copied()),
             slew_per_s: largest(&mut signal.windows(2).map(|pair| pair[1] - pair[0])) * sample_rate_hz,
         }

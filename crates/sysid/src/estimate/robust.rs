@@ -4,7 +4,7 @@ use super::EstimateError;
 use crate::labels::Labels;
 use crate::ports::Ports;
 use ndof_linear::Cholesky;
-use ndof_signal::{CrossSpectra, Recording, Welch};
+use ndof_signal::{CrossSpectra, Recording, Welch, robust_spread};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -139,12 +139,8 @@ fn runs<'a>(segments: &'a [Segment], kept: &'a [bool]) -> impl Iterator<Item = (
 
 /// How far each value lies above the median of the kept ones, in robust standard deviations.
 fn scores(values: &[f64], kept: &[bool]) -> Vec<f64> {
-    let median = |mut v: Vec<f64>| -> f64 {
-        v.sort_by(f64::total_cmp);
-        v.get(v.len() / 2).copied().unwrap_or(f64::NAN)
-    };
-    let centre = median(values.iter().zip(kept).filter(|(_, k)| **k).map(|(v, _)| *v).collect());
-    let spread = 1.4826 * median(values.iter().zip(kept).filter(|(_, k)| **k).map(|(v, _)| (v - centre).abs()).collect());
+    let kept: Vec<f64> = values.iter().zip(kept).filter(|(_, k)| **k).map(|(v, _)| *v).collect();
+    let (centre, spread) = robust_spread(&kept);
     values.iter().map(|v| if spread > 0.0 { (v - centre) / spread } else { 0.0 }).collect()
 }
 
