@@ -124,7 +124,7 @@ fn in_time(given: &Given) {
         0 => bare.with(laws::CubicStiffness, 0),
         1 => bare.with(laws::Coulomb { turn_velocity: 1e-3 }, 0),
         2 => bare.with(laws::Relaxation, 0),
-        3 => bare.without_spring(),
+        3 => Mechanism { spring: false, ..bare },
         4 => bare.with_offset(),
         _ => bare,
     };

@@ -47,7 +47,7 @@ pub fn emps() -> Option<Result<(FreeRun, Vec<Row>), FreeRunError>> {
 }
 
 fn carriage(force: &[f64], position: &[f64]) -> Result<(FreeRun, Vec<Row>), FreeRunError> {
-    let smooth = Mechanism::new(vec![Axis::linear("carriage")]).without_spring().with_offset();
+    let smooth = Mechanism { spring: false, offset: true, ..Mechanism::new(vec![Axis::linear("carriage")]) };
     let dry = smooth.clone().with(laws::Coulomb { turn_velocity: 1e-4 }, 0);
     let settings = FreeRunFit {
         causality: Causality::MotionIn,

@@ -46,11 +46,6 @@ impl Mechanism {
         Mechanism { axes, spring: true, offset: false, trend: false, laws: Vec::new() }
     }
 
-    /// The same without a spring.
-    pub fn without_spring(self) -> Self {
-        Mechanism { spring: false, ..self }
-    }
-
     /// The same with a constant force.
     pub fn with_offset(self) -> Self {
         Mechanism { offset: true, ..self }
@@ -178,7 +173,7 @@ mod tests {
         let held: Vec<usize> = (0..14).filter(|&k| parameters[k].lower == 1e-9).collect();
         assert_eq!(held, [0, 2]);
         assert!((1..13).filter(|k| *k != 2).all(|k| parameters[k].lower == f64::NEG_INFINITY));
-        assert_eq!(two.clone().without_spring().baseline_parameters(), 10);
+        assert_eq!(Mechanism { spring: false, ..two.clone() }.baseline_parameters(), 10);
         // One axis says no more than it must: only what is there twice is told apart.
         let one = Mechanism::new(vec![Axis::linear("x")]).with(laws::CubicStiffness, 0).with(laws::CubicStiffness, 0);
         let names: Vec<String> = one.parameters().into_iter().map(|p| p.name).collect();
