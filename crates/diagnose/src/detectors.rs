@@ -117,9 +117,6 @@ pub(crate) fn levels(samples: &Samples, share: f64) -> Vec<Levels> {
 /// Standard errors that one mean in a thousand is away by chance.
 const BY_CHANCE: f64 = 3.29;
 
-/// Standard deviations beyond which a jump is none of the motion's: as `ndof check` takes it.
-const FAR_OFF: f64 = 15.0;
-
 /// Forces that stand still at the limits of their channels.
 pub(crate) fn clipped(samples: &Samples) -> Vec<Clipped> {
     let of = |axis: usize| {
@@ -136,7 +133,7 @@ pub(crate) fn clipped(samples: &Samples) -> Vec<Clipped> {
 pub(crate) fn frozen(samples: &Samples) -> Vec<Frozen> {
     let second = |sample: usize| sample as f64 / samples.rate_hz;
     let of = |trial: usize, axis: usize| {
-        let stretches = ndof_signal::frozen(&samples.measured[trial][axis], FAR_OFF);
+        let stretches = ndof_signal::frozen(&samples.measured[trial][axis]);
         stretches.into_iter().map(move |of| Frozen { trial, axis, from_s: second(of.start), to_s: second(of.end) })
     };
     (0..samples.measured.len()).flat_map(|trial| (0..samples.measured[trial].len()).flat_map(move |axis| of(trial, axis))).collect()

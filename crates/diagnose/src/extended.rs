@@ -257,6 +257,24 @@ mod tests {
     use ndof_challenge::Plant;
     use ndof_models::{Axis, InertiaDampingStiffness};
 
+    /// A relaxation time at the end of its range is a bound, and its modulus, which is another number, has an interval.
+    #[test]
+    fn what_rests_at_an_end_of_its_range_has_no_interval() {
+        let made = linear(Plant::Planar, (2, 20.0), 61);
+        let (samples, meaning) = known(&made, &made.recordings);
+        let subject = Subject::new(&samples, &meaning, &Options::default(), None, true).expect("a subject");
+        let relaxing = subject.hypotheses.iter().position(|h| h.form.label == "standard linear solid").expect("a form");
+        let knob = subject.hypotheses[relaxing].form.knobs[0];
+        let told = |value: f64| {
+            let chosen = [Chosen { hypothesis: relaxing, knobs: vec![value] }];
+            let stand = subject.stand(&chosen, &subject.start, 4).expect("a fit");
+            subject.named(&chosen, &stand, 0).into_iter().map(|p| (p.name, p.ci95.is_some())).collect::<Vec<_>>()
+        };
+        let of = |time: bool| [("modulus_n_per_m".to_owned(), true), ("time_s".to_owned(), time)];
+        assert_eq!(told(knob.lo), of(false));
+        assert_eq!(told((knob.lo * knob.hi).sqrt()), of(true));
+    }
+
     /// What turns is added to one entry and taken from its mirror image: both have its error, beside that of the symmetric part, which they share.
     #[test]
     fn an_entry_is_made_of_the_baselines_own_and_of_what_causes_change() {

@@ -416,5 +416,23 @@ mod tests {
         let power = |errors: &Errors| errors.signed[0].iter().map(|e| e * e).sum::<f64>();
         assert!(power(&by_chance) < power(&before) && before.removed_by(&by_chance, 100) == 0.0);
         assert_eq!(before.removed_by(&before, 500), 0.0);
+        // By ratio: an error that varies by far from block to block, and is a tenth of it in each, is gone.
+        let varies = |times: f64| of(&move |block| times * 4_f64.powi(block as i32 % 4) / 64.0);
+        assert_eq!(varies(1.0).removed_by(&varies(0.1), 100), 0.0);
+        let gone = power(&varies(1.0)) - power(&varies(0.1));
+        assert!((varies(1.0).taken_by(&varies(0.1), 100) - (gone / varies(1.0).signed[0].len() as f64).sqrt()).abs() < 1e-9);
+        assert_eq!([before.taken_by(&by_chance, 100), before.taken_by(&before, 100)], [0.0; 2]);
+    }
+
+    /// Half of the time has three quarters of the error's power, and is left with a ninth of them.
+    #[test]
+    fn a_part_of_the_time_may_have_a_model_of_its_own() {
+        let sample = |k: usize| (if k % 2 == 0 { 1.0 } else { -1.0 }, 1.0 - if k < 1000 { 0.1 } else { 0.1 * 3_f64.sqrt() });
+        let pairs: Vec<(f64, f64)> = (0..2000).map(sample).map(|(x, share)| (x, share * x)).collect();
+        let errors = Errors::new(&[pairs], 1);
+        let score = |nrmse: f64| Score { nrmse: vec![Some(nrmse)], ..Score::default() };
+        let left = errors.with_part([0.5, 1.0], [&score(0.9), &score(0.3)]).nrmse[0].expect("an error");
+        let whole = errors.score.nrmse[0].expect("an error");
+        assert!((left / whole - (0.25_f64 + 0.75 / 9.0).sqrt()).abs() < 1e-9, "{left} of {whole}");
     }
 }

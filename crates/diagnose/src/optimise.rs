@@ -125,6 +125,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_value_rests_at_an_end_within_a_hundredth_of_the_range() {
+        let (linear, log) = (Knob::linear(-1.0, 1.0), Knob::log(1e-3, 1.0));
+        assert_eq!([-0.97, 0.0, 0.97].map(|value| inside_of(&linear, value)), [None; 3]);
+        assert!(inside_of(&linear, -1.0).is_some_and(|inside| inside > -0.99) && inside_of(&linear, 1.0).is_some_and(|inside| inside < 0.99));
+        assert!(inside_of(&log, 1.02e-3).is_some() && inside_of(&log, 1.2e-3).is_none() && inside_of(&log, 0.99).is_some());
+    }
+
+    #[test]
     fn a_parabola_in_one_log_knob_and_a_bowl_in_two() {
         let log = Knob { lo: 1e-3, hi: 1.0, log: true, telling: false };
         let cost = |k: &[f64]| (k[0] / 0.02).ln().powi(2);

@@ -67,7 +67,7 @@ pub(crate) fn parts(held: &Samples) -> Vec<Piece> {
     let piece = |trial: usize, of: usize, k: usize| {
         let [from, to] = [k, k + 1].map(|edge| edge * samples / of);
         let [begin, end] = [from, to].map(|sample| held.start_s[trial] + sample as f64 / held.rate_hz);
-        let which = if trials > 1 { format!("held-out trial {}", trial + 1) } else { "the held-out part".to_owned() };
+        let which = if trials > 1 { format!("trial {} of the held-out ones", trial + 1) } else { "the held-out part".to_owned() };
         let words = if of > 1 { format!("{which} from {begin:.2} to {end:.2} s") } else { which };
         let place = [k, k + 1].map(|edge| (trial as f64 + edge as f64 / of as f64) / trials as f64);
         Piece { samples: held.pick(&[trial]).cut(from, to), place, words }

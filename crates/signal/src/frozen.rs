@@ -7,11 +7,13 @@ use std::ops::Range;
 const PLACES: usize = 1 << 16;
 /// Samples that repeat the one before: one may be chance.
 const FEWEST: usize = 2;
+/// Standard deviations beyond which a jump is none of the motion's, in the longest of records.
+const DEVIATIONS: f64 = 15.0;
 /// Share of repeated samples from which a channel is coarse, or held on purpose.
 const MANY: f64 = 0.2;
 
 /// Stretches of samples that repeat the one before them, where the next makes up for it: it jumps by as far as the motion on both sides would have gone in the
-/// meantime, within a half of that, and by so many standard deviations (a robust one, of steps about the mean of those beside them) more than it goes in a
+/// meantime, within a half of that, and by fifteen standard deviations (a robust one, of steps about the mean of those beside them) more than it goes in a
 /// step. Motion that rests does not catch up.
 ///
 /// Empty for a channel of which a fifth or more repeats.
@@ -20,9 +22,9 @@ const MANY: f64 = 0.2;
 /// let sine = |k: i32| (f64::from(k) * 0.05).sin();
 /// let mut x: Vec<f64> = (0..1000).map(sine).collect();
 /// x[378..384].fill(sine(377));
-/// assert_eq!(ndof_signal::frozen(&x, 15.0), [378..384]);
+/// assert_eq!(ndof_signal::frozen(&x), [378..384]);
 /// ```
-pub fn frozen(samples: &[f64], deviations: f64) -> Vec<Range<usize>> {
+pub fn frozen(samples: &[f64]) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     for k in (1..samples.len()).filter(|k| samples[*k] == samples[k - 1]) {
         match runs.last_mut() {
@@ -36,12 +38,14 @@ pub fn frozen(samples: &[f64], deviations: f64) -> Vec<Range<usize>> {
     }
     let scatter = scatter_of_steps(samples);
     let catches_up = |run: &Range<usize>| {
-        let (from, last) = (run.start.checked_sub(run.len() + 1), samples.get(run.end + run.len()));
+        // As few samples as their noise allows: motion turns in between.
+        let near = (run.len() as f64).sqrt().ceil() as usize;
+        let (from, last) = (run.start.checked_sub(near + 1), samples.get(run.end + near));
         let (Some(from), Some(last)) = (from, last) else { return false };
         let [held, next] = [samples[run.start], samples[run.end]];
-        let step = 0.5 * ((held - samples[from]) + (last - next)) / run.len() as f64;
+        let step = 0.5 * ((held - samples[from]) + (last - next)) / near as f64;
         let jump = next - held;
-        (jump - step * (run.len() + 1) as f64).abs() < 0.5 * jump.abs() && (jump - step).abs() > deviations * scatter
+        (jump - step * (run.len() + 1) as f64).abs() < 0.5 * jump.abs() && (jump - step).abs() > DEVIATIONS * scatter
     };
     if scatter > 0.0 { runs.into_iter().filter(catches_up).collect() } else { Vec::new() }
 }
@@ -77,12 +81,12 @@ mod tests {
     fn a_sensor_that_stops_is_found_and_what_rests_is_not() {
         for (noise, resolution) in [(0.0, 0.0), (1e-3, 0.0), (1e-3, 1e-3), (0.0, 0.02)] {
             let plain = motion(noise, resolution);
-            assert!(frozen(&plain, 15.0).is_empty(), "{noise} {resolution}");
+            assert!(frozen(&plain).is_empty(), "{noise} {resolution}");
             // It rests: afterwards it goes on from where it was.
             let mut rests = plain.clone();
             let resting = rests[3000];
             rests.splice(3001..3001, std::iter::repeat_n(resting, 30));
-            assert!(frozen(&rests, 15.0).is_empty(), "{noise} {resolution}");
+            assert!(frozen(&rests).is_empty(), "{noise} {resolution}");
         }
         let mut stops = motion(1e-3, 1e-3);
         // Where it is fast.
@@ -91,14 +95,14 @@ mod tests {
             let held = stops[*k];
             stops[k + 1..k + 6].fill(held);
         }
-        assert_eq!(frozen(&stops, 15.0), fast.iter().map(|k| k + 1..k + 6).collect::<Vec<_>>());
+        assert_eq!(frozen(&stops), fast.iter().map(|k| k + 1..k + 6).collect::<Vec<_>>());
     }
 
     #[test]
     fn levels_that_are_held_are_no_fault() {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let levels: Vec<f64> = (0..400).flat_map(|_| [random.random::<f64>(); 10]).collect();
-        assert!(frozen(&levels, 15.0).is_empty());
-        assert!(frozen(&[1.0; 50], 15.0).is_empty() && frozen(&[], 15.0).is_empty());
+        assert!(frozen(&levels).is_empty());
+        assert!(frozen(&[1.0; 50]).is_empty() && frozen(&[]).is_empty());
     }
 }

@@ -89,7 +89,7 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, (role
         let message = format!("{} sample(s) stand alone, far off the line between their neighbours, the first is sample {first}", alone.len());
         say("lone-samples", "remark", message, "a bit may have been lost on the way: repair the file, or cut the place out with `exclude`");
     }
-    let stopped = if role == "output" { frozen(&channel.samples, OUTLIER) } else { Vec::new() };
+    let stopped = if role == "output" { frozen(&channel.samples) } else { Vec::new() };
     if let Some(first) = stopped.first() {
         let longest = stopped.iter().map(ExactSizeIterator::len).max().unwrap_or_default();
         let message =

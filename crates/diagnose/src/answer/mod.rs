@@ -298,6 +298,21 @@ mod tests {
     use super::*;
     use ndof_models::effects::Value;
 
+    #[test]
+    fn a_damping_of_one_axis_beyond_its_error_below_zero_is_active() {
+        let parameter = |name: &str, value, std_error| ModelParameter { name: name.to_owned(), unit: String::new(), value, std_error, flag: None };
+        for (name, value, std_error, active) in [
+            ("B", -3.0, Some(1.0), true),
+            ("B_x_x", -3.0, Some(1.0), true),
+            ("B_x_x", -3.0, Some(2.0), false),
+            ("B_x_y", -3.0, Some(1.0), false),
+            ("K", -3.0, Some(1.0), false),
+            ("B", -3.0, None, false),
+        ] {
+            assert_eq!(is_active(&[parameter(name, value, std_error)]), active, "{name} {value}");
+        }
+    }
+
     /// An effort that is 25 ms early is a motion that is as late: its interval holds that, and not both signs.
     #[test]
     fn a_delay_of_either_channel_has_an_interval_of_one_sign() {

@@ -101,6 +101,20 @@ fn a_change_within_the_held_out_part_is_no_noise() {
     }
 }
 
+/// A position that stands still for 0.12 s, where it is fast, is no knock from outside.
+#[test]
+fn a_sensor_that_stops_is_no_force() {
+    let mut trial = recorded(Plant { matrices: [2.0, 10.0, 300.0], late_s: [0.0; 2] }, 7);
+    let position = trial.columns(&[1])[0].to_vec();
+    let farthest = |a: &usize, b: &usize| (position[a + 120] - position[*a]).abs().total_cmp(&(position[b + 120] - position[*b]).abs());
+    let stop = (5000..20_000).max_by(farthest).expect("samples");
+    let mut k = 0..;
+    trial.map_channel("pos_x", |x| k.next().filter(|k| (stop..stop + 120).contains(k)).map_or(x, |_| position[stop])).expect("a position");
+    let d = of_recordings(&[trial]);
+    assert!(d.causes.is_empty(), "{:?}", d.causes);
+    assert!(d.discrepancy.notes.iter().any(|note| note.contains("its sensor stopped")), "{:?}", d.discrepancy.notes);
+}
+
 /// A change between what was fitted and what was held out is no noise.
 #[test]
 fn a_held_out_trial_of_another_plant_is_told_as_that() {
