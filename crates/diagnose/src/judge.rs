@@ -427,7 +427,7 @@ mod tests {
     /// Half of the time has three quarters of the error's power, and is left with a ninth of them.
     #[test]
     fn a_part_of_the_time_may_have_a_model_of_its_own() {
-        let sample = |k: usize| (if k % 2 == 0 { 1.0 } else { -1.0 }, 1.0 - if k < 1000 { 0.1 } else { 0.1 * 3_f64.sqrt() });
+        let sample = |k: usize| (if k.is_multiple_of(2) { 1.0 } else { -1.0 }, 1.0 - if k < 1000 { 0.1 } else { 0.1 * 3_f64.sqrt() });
         let pairs: Vec<(f64, f64)> = (0..2000).map(sample).map(|(x, share)| (x, share * x)).collect();
         let errors = Errors::new(&[pairs], 1);
         let score = |nrmse: f64| Score { nrmse: vec![Some(nrmse)], ..Score::default() };
