@@ -48,7 +48,7 @@ impl Elsewhere {
     pub fn sentence(&self) -> String {
         let most = self.there.score.nrmse.iter().flatten().fold(0.0, |most: f64, e| most.max(*e));
         format!(
-            "{} is of another plant than the part that was fitted: with the model's matrices and factors fitted to it, its free run errs by {:.1} % of the output (rms) at most; something changed in between, so that what was found is of the fitted part alone: look at the trials or stretches one by one",
+            "{} is as of another plant than the part that was fitted: with the model's matrices and factors fitted to it, its free run errs by {:.1} % of the output (rms) at most; something changed in between, so that what was found is of the fitted part alone, or the form of the model is not the true one: look at the trials or stretches one by one",
             self.stretch,
             100.0 * most
         )
