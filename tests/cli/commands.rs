@@ -9,6 +9,8 @@ fn an_estimate_finds_the_oscillator_and_follows_its_schema() {
     trial(folder.path());
     let result = json(folder.path(), &["estimate", "trial.csv", "--nperseg", "1024", "--band", "0.4-20", "--spectra"]);
     let schema: Value = serde_json::from_str(&succeed(folder.path(), &["schema", "estimate"])).expect("JSON");
+    let of = |name: &str| succeed(folder.path(), &["schema", name]);
+    assert_eq!(["diagnose", "study", "simulate", "cohort"].map(of), ["diagnosis", "study-result", "truth", "fit"].map(of));
     assert_eq!(violation(&result, &schema, &schema, ""), None);
     assert_eq!(
         (result["schema"].as_str(), result["command"].as_str(), result["response"].as_str()),

@@ -126,20 +126,18 @@ impl Subject {
                 variance.iter_mut().zip(a.iter().zip(&b)).for_each(|(v, (a, b))| *v += ((a - b) / (2.0 * knob.step)).powi(2) * knob.variance);
             }
         }
-        let at_an_end = self.at_an_end(chosen, stand, position);
+        let (at_an_end, keep_sign) = (self.at_an_end(chosen, stand, position), self.of_one_sign(chosen, stand, position));
         values
             .into_iter()
-            .zip(variance.into_iter().zip(at_an_end))
-            .map(|((name, value), (variance, at_an_end))| {
+            .zip(variance.into_iter().zip(at_an_end.into_iter().zip(keep_sign)))
+            .map(|((name, value), (variance, (at_an_end, keeps_sign)))| {
                 let card = h.effect.card.parameters.iter().find(|p| p.name == name);
                 let unit = card.map_or("", |p| if self.scale.rotational { p.rotational_unit } else { p.unit });
                 let ci95 = match value {
                     Value::Number(x) if variance > 0.0 && variance.is_finite() && !at_an_end => {
                         let half = 1.96 * variance.sqrt().hypot(h.form.systematic(name, x));
-                        // What no body has is in no interval; a number that is above zero is known by its ratio.
-                        let (lo, hi) = card.map(|p| p.bounds).filter(|(lo, hi)| (*lo..=*hi).contains(&x)).unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-                        let [low, high] = if lo > 0.0 && x - half < lo { [-half, half].map(|half| x * (half / x).exp()) } else { [x - half, x + half] };
-                        Some([low.max(lo), high.min(hi)])
+                        let bounds = card.map_or((f64::NEG_INFINITY, f64::INFINITY), |p| p.bounds);
+                        Some(interval(x, half, if keeps_sign { of_one_sign(x, bounds) } else { bounds }))
                     }
                     _ => None,
                 };
@@ -155,6 +153,20 @@ impl Subject {
         let (knobs, coefficients) = (&chosen[position].knobs, self.coefficients(stand, position));
         let inside: Vec<f64> = form.knobs.iter().zip(knobs).map(|(knob, value)| inside_of(knob, *value).unwrap_or(*value)).collect();
         (form.naming)(knobs, coefficients).iter().zip((form.naming)(&inside, coefficients)).map(|(own, inside)| *own != inside).collect()
+    }
+
+    /// Which parameters vanish with a coefficient that may have one sign alone, and so have one sign themselves.
+    fn of_one_sign(&self, chosen: &[Chosen], stand: &Stand, position: usize) -> Vec<bool> {
+        let form = &self.hypotheses[chosen[position].hypothesis].form;
+        let (knobs, coefficients) = (&chosen[position].knobs, self.coefficients(stand, position));
+        let without = |q: usize| {
+            let mut fewer = coefficients.to_vec();
+            fewer[q] = 0.0;
+            (form.naming)(knobs, &fewer)
+        };
+        let signed: Vec<_> = form.signs.iter().enumerate().filter(|(_, sign)| **sign != Sign::Free).map(|(q, _)| without(q)).collect();
+        let own = (form.naming)(knobs, coefficients);
+        (0..own.len()).map(|k| signed.iter().any(|fewer| fewer[k] != own[k] && fewer[k].1 == Value::Number(0.0))).collect()
     }
 
     /// The numbers of a chosen hypothesis with their standard errors while its knobs stay: whether what they are the size of is there at all.
@@ -227,6 +239,19 @@ pub(crate) struct Profile {
     pub variance: f64,
 }
 
+/// Bounds that keep the sign of a number.
+fn of_one_sign(x: f64, (lo, hi): (f64, f64)) -> (f64, f64) {
+    if x > 0.0 { (lo.max(0.0), hi) } else { (lo, hi.min(0.0)) }
+}
+
+/// An interval of half this width, which ends where what the number may be ends. One of a number that has to be above zero, and would reach its bound, goes by
+/// the ratio to it.
+fn interval(x: f64, half: f64, (lo, hi): (f64, f64)) -> [f64; 2] {
+    let [low, high] = if lo > 0.0 && x - half < lo { [-half, half].map(|half| x * (half / x).exp()) } else { [x - half, x + half] };
+    // The search may have gone further than bounds that make sense.
+    [low.max(lo.min(x)), high.min(hi.max(x))]
+}
+
 /// The numbers that knobs and coefficients are told as.
 type Numbers<'a> = dyn Fn(&[f64], &[f64]) -> Vec<f64> + 'a;
 
@@ -256,6 +281,34 @@ mod tests {
     use ndarray::Array2;
     use ndof_challenge::Plant;
     use ndof_models::{Axis, InertiaDampingStiffness};
+
+    #[test]
+    fn an_interval_ends_where_its_parameter_does() {
+        assert_eq!(interval(2.0, 0.5, (0.0, 10.0)), [1.5, 2.5]);
+        assert_eq!(interval(0.2, 0.5, (0.0, 10.0)), [0.0, 0.7]);
+        assert_eq!(interval(9.8, 0.5, (0.0, 10.0)), [9.3, 10.0]);
+        let by_ratio = interval(14.0, 17.0, (1e-6, 1e6));
+        assert!((by_ratio[0] * by_ratio[1] / 196.0 - 1.0).abs() < 1e-12 && ((by_ratio[1] / 14.0).ln() * 14.0 / 17.0 - 1.0).abs() < 1e-12, "{by_ratio:?}");
+        assert_eq!([of_one_sign(3.0, (-9.0, 9.0)), of_one_sign(-3.0, (-9.0, 9.0))], [(0.0, 9.0), (-9.0, 0.0)]);
+    }
+
+    /// The stiffness and the damping of a reflex cannot be below zero, its delay and its muscle's frequency are of no coefficient.
+    #[test]
+    fn what_vanishes_with_a_coefficient_of_one_sign_has_one() {
+        let made = linear(Plant::Planar, (2, 20.0), 61);
+        let (samples, meaning) = known(&made, &made.recordings);
+        let subject = Subject::new(&samples, &meaning, &Options::default(), None, true).expect("a subject");
+        let reflex = subject.hypotheses.iter().position(|h| h.form.label == "both directions").expect("a form");
+        let chosen = [Chosen { hypothesis: reflex, knobs: vec![0.04, 3.0] }];
+        let stand = subject.stand(&chosen, &subject.start, 4).expect("a fit");
+        let signed = subject.of_one_sign(&chosen, &stand, 0);
+        let told = subject.named(&chosen, &stand, 0);
+        // A coefficient that is at nought itself changes nothing.
+        let expected: Vec<bool> = told.iter().map(|p| p.name.contains("_n_") && p.value != Value::Number(0.0)).collect();
+        assert_eq!(signed, expected, "{told:?}");
+        assert!(signed.contains(&true));
+        assert!(told.iter().zip(&signed).filter(|(_, one)| **one).all(|(p, _)| p.ci95.is_none_or(|[low, _]| low >= 0.0)), "{told:?}");
+    }
 
     /// A relaxation time at the end of its range is a bound, and its modulus, which is another number, has an interval.
     #[test]

@@ -183,22 +183,25 @@ impl Errors {
     ///
     /// Of what a limb does by itself the power differs from one stretch to the next by far more than from one model to another.
     pub fn removed_by(&self, other: &Errors, per: usize) -> f64 {
-        let of_output = |(before, after): (&Vec<f64>, &Vec<f64>)| {
-            let gone: Vec<f64> = self.powers(before, per).zip(self.powers(after, per)).map(|(before, after)| before.min(1.0) - after.min(1.0)).collect();
-            let least = least_mean(&gone);
-            if least.is_finite() { least.max(0.0).sqrt() } else { 0.0 }
-        };
-        self.signed.iter().zip(&other.signed).map(of_output).fold(0.0, f64::max)
+        self.gone_in(other, per, |both| least_mean(&both.iter().map(gone).collect::<Vec<_>>()))
     }
 
     /// Root of the error's power that is gone in another's, of the output where it is most, as a share of its standard deviation; nothing unless the ratio of the
     /// two is above one beyond chance: its logarithm, by Student's 95 % interval of the mean over blocks of so many samples, at least four a trial.
+    ///
+    /// Where a plant changes powers of blocks differ by orders of magnitude, and an interval of their differences says nothing.
     pub fn taken_by(&self, other: &Errors, per: usize) -> f64 {
+        self.gone_in(other, per, |both| {
+            let ratios: Vec<f64> = both.iter().map(|[before, after]| (before / after.max(f64::MIN_POSITIVE)).ln()).collect();
+            if least_mean(&ratios) > 0.0 { both.iter().map(gone).sum::<f64>() / both.len() as f64 } else { 0.0 }
+        })
+    }
+
+    /// Root of what is found to be gone of an output's power by that of each block, before and after; of the output where it is most.
+    fn gone_in(&self, other: &Errors, per: usize, found: impl Fn(&[[f64; 2]]) -> f64) -> f64 {
         let of_output = |(before, after): (&Vec<f64>, &Vec<f64>)| {
-            let both: Vec<(f64, f64)> = self.powers(before, per).zip(self.powers(after, per)).collect();
-            let ratios: Vec<f64> = both.iter().map(|(before, after)| (before / after.max(f64::MIN_POSITIVE)).ln()).collect();
-            let gone = both.iter().map(|(before, after)| before.min(1.0) - after.min(1.0)).sum::<f64>() / both.len() as f64;
-            if least_mean(&ratios) > 0.0 { gone.max(0.0).sqrt() } else { 0.0 }
+            let power = found(&self.powers(before, per).zip(self.powers(after, per)).map(|(before, after)| [before, after]).collect::<Vec<_>>());
+            if power.is_finite() { power.max(0.0).sqrt() } else { 0.0 }
         };
         self.signed.iter().zip(&other.signed).map(of_output).fold(0.0, f64::max)
     }
@@ -339,6 +342,11 @@ pub(crate) fn explained(
     let at = |q: f64| draws[((q * (draws.len() - 1) as f64).round() as usize).min(draws.len() - 1)];
     // A step that leaves what the best model leaves is all there is to explain in every draw: that is no interval.
     (Some(share(&means)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]).filter(|[low, _]| *low < 1.0))
+}
+
+/// Power that is gone of a block; a prediction worse than none errs by no more than that.
+fn gone([before, after]: &[f64; 2]) -> f64 {
+    before.min(1.0) - after.min(1.0)
 }
 
 /// Lower end of Student's 95 % interval of a mean.

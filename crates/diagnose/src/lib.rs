@@ -62,7 +62,6 @@ pub use error::DiagnoseError;
 pub use linear_fit::LinearFit;
 pub use mechanism::{Endpoint, Mechanism, MechanismParameter, RobotSide, diagnose_robot};
 pub use movement::Schedule;
-pub use optimise::golden;
 pub use options::{HeldOut, KnownArm, Options};
 pub use pictures::Pictures;
 pub use probability::Features;

@@ -1,20 +1,24 @@
 //! Minimisation over one or a few bounded knobs.
 
 use ndof_models::effects::Knob;
+use ndof_models::golden;
 
 fn to_unit(knob: &Knob, value: f64) -> f64 {
     if knob.log { (value / knob.lo).ln() / (knob.hi / knob.lo).ln() } else { (value - knob.lo) / (knob.hi - knob.lo) }
 }
 
+/// Share of a knob's range within which a value rests at its end.
+const END: f64 = 0.01;
+
 /// Whether a knob rests at a lower end that tells of something else.
 pub(crate) fn tells(knobs: &[Knob], values: &[f64]) -> bool {
-    knobs.iter().zip(values).any(|(knob, &value)| knob.telling && to_unit(knob, value) < 0.01)
+    knobs.iter().zip(values).any(|(knob, &value)| knob.telling && to_unit(knob, value) < END)
 }
 
 /// The inner side of the end of a knob's range that its value rests at, if it does.
 pub(crate) fn inside_of(knob: &Knob, value: f64) -> Option<f64> {
     let at = to_unit(knob, value);
-    if at < 0.01 { Some(from_unit(knob, 0.02)) } else { (at > 0.99).then(|| from_unit(knob, 0.98)) }
+    if at < END { Some(from_unit(knob, 2.0 * END)) } else { (at > 1.0 - END).then(|| from_unit(knob, 1.0 - 2.0 * END)) }
 }
 
 fn from_unit(knob: &Knob, unit: f64) -> f64 {
@@ -35,37 +39,6 @@ pub(crate) fn minimise(knobs: &[Knob], grid: &[Vec<f64>], start: &[f64], value: 
         nelder_mead(&u0, value, evaluations.max(10 + 14 * knobs.len()), |u| cost(&at(u)))
     };
     at(&best)
-}
-
-/// Where a cost is least in a bracket, by golden section until the bracket is narrower than `close` or so many evaluations are done. A start, with its
-/// cost, is kept where nothing is better.
-pub fn golden((mut a, mut b): (f64, f64), start: (f64, f64), close: f64, evaluations: usize, cost: impl Fn(f64) -> f64) -> f64 {
-    const RATIO: f64 = 0.618_033_988_749_894_9;
-    let mut best = start;
-    let (mut c, mut d) = (b - RATIO * (b - a), a + RATIO * (b - a));
-    let (mut fc, mut fd) = (cost(c), cost(d));
-    for _ in 2..evaluations {
-        for (u, f) in [(c, fc), (d, fd)] {
-            if f < best.1 {
-                best = (u, f);
-            }
-        }
-        if b - a < close {
-            break;
-        }
-        if fc < fd {
-            b = d;
-            (d, fd) = (c, fc);
-            c = b - RATIO * (b - a);
-            fc = cost(c);
-        } else {
-            a = c;
-            (c, fc) = (d, fd);
-            d = a + RATIO * (b - a);
-            fd = cost(d);
-        }
-    }
-    best.0
 }
 
 fn nelder_mead(start: &[f64], value: f64, evaluations: usize, cost: impl Fn(&[f64]) -> f64) -> Vec<f64> {

@@ -54,7 +54,7 @@ pub(crate) fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, 
 }
 
 /// A stretch of what is held out.
-pub(crate) struct Piece {
+pub(crate) struct Portion {
     pub samples: Samples,
     /// Where it begins and ends, as shares of all that is held out, trial after trial.
     pub place: [f64; 2],
@@ -62,18 +62,18 @@ pub(crate) struct Piece {
 }
 
 /// The trials of what is held out, if there are several, and the halves and quarters of each that are long enough to tell something by themselves.
-pub(crate) fn parts(held: &Samples) -> Vec<Piece> {
+pub(crate) fn portions(held: &Samples) -> Vec<Portion> {
     let (trials, samples) = (held.effort.len(), held.len());
-    let piece = |trial: usize, of: usize, k: usize| {
+    let portion = |trial: usize, of: usize, k: usize| {
         let [from, to] = [k, k + 1].map(|edge| edge * samples / of);
         let [begin, end] = [from, to].map(|sample| held.start_s[trial] + sample as f64 / held.rate_hz);
         let which = if trials > 1 { format!("trial {} of the held-out ones", trial + 1) } else { "the held-out part".to_owned() };
         let words = if of > 1 { format!("{which} from {begin:.2} to {end:.2} s") } else { which };
         let place = [k, k + 1].map(|edge| (trial as f64 + edge as f64 / of as f64) / trials as f64);
-        Piece { samples: held.pick(&[trial]).cut(from, to), place, words }
+        Portion { samples: held.pick(&[trial]).cut(from, to), place, words }
     };
     let scales = [1, 2, 4].into_iter().filter(|of| trials * of > 1 && samples / of >= FEWEST);
-    scales.flat_map(|of| (0..trials).flat_map(move |trial| (0..of).map(move |k| (trial, of, k)))).map(|(trial, of, k)| piece(trial, of, k)).collect()
+    scales.flat_map(|of| (0..trials).flat_map(move |trial| (0..of).map(move |k| (trial, of, k)))).map(|(trial, of, k)| portion(trial, of, k)).collect()
 }
 
 impl Stretch {

@@ -10,7 +10,7 @@ use crate::logged::Logged;
 use crate::model::{Model, open, residual, solved};
 use crate::search::{Rule, Solved};
 use crate::table::{Series, View};
-use ndof_diagnose::golden;
+use ndof_models::golden;
 use ndof_sysid::two_sided_t;
 use std::sync::Arc;
 

@@ -174,7 +174,11 @@ fn friction_and_a_rotor_are_written_and_nothing_is_missing_then() {
     assert_eq!(named(&diagnosis), ["coulomb-friction bend", "motor-inertia lift", "viscous-friction turn"]);
     let written = corrections.write("arm.toml", TOML).expect("writes");
     assert!(written.left_out.is_empty(), "{:?}", written.left_out);
-    assert!(written.text.contains("# coulomb-friction at bend, level_nm = 0.") && written.patch.contains("(95 % "), "{}", written.patch);
+    assert!(
+        written.text.contains("# coulomb-friction at bend, level_nm = 0.") && written.patch.contains("(95 % ") && written.patch.contains(", probability "),
+        "{}",
+        written.patch
+    );
     keeps_its_promise("arm.toml", &written, &log, &diagnosis);
 
     // A URDF takes the friction; that it has no rotor is told, and is all that is missing then.

@@ -33,6 +33,7 @@ pub mod effects;
 mod fit;
 mod force_law;
 mod gains;
+mod golden;
 mod hold;
 mod inertia_damping_stiffness;
 mod kinematics;
@@ -57,6 +58,7 @@ pub use fit::{
 };
 pub use force_law::{ForceLaw, Motion, Stage};
 pub use gains::Gains;
+pub use golden::golden;
 pub use hold::{Held, Hold, Sampling};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
 pub use kinematics::{Arm, Kinematics, KinematicsError, planar_angles, planar_jacobian, planar_links};

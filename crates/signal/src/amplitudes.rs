@@ -1,5 +1,6 @@
 //! What the sizes of a signal's samples say, whatever their order.
 
+use crate::spread::robust_deviation;
 use crate::stationarity::StationarityError;
 use crate::totals::total;
 use std::borrow::Cow;
@@ -200,11 +201,6 @@ impl<'a> Amplitudes<'a> {
         let mean = |stretch: &[f64]| total(stretch, |x| [of(x)])[0] / length as f64;
         Ok(self.samples.chunks_exact(length).take(intervals).map(mean).collect())
     }
-}
-
-/// A robust standard deviation: 1.4826 times the median distance or, of what rests or goes between levels, the distance of nine in ten over 1.645.
-pub(crate) fn robust_deviation(median: f64, nine_in_ten: f64) -> f64 {
-    (1.4826 * median).max(nine_in_ten / 1.645)
 }
 
 /// The least and the greatest of the samples; +∞ and −∞ where there is none.

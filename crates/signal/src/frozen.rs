@@ -1,20 +1,18 @@
 //! Stretches in which a channel stands still while what it reads goes on, as a sensor or a bus that stops makes them.
 
-use crate::amplitudes::robust_deviation;
+use crate::spread::scatter;
 use std::ops::Range;
 
-/// Places at most at which the scatter of steps is looked at.
-const PLACES: usize = 1 << 16;
 /// Samples that repeat the one before: one may be chance.
 const FEWEST: usize = 2;
-/// Standard deviations beyond which a jump is none of the motion's, in the longest of records.
+/// Standard deviations beyond which a jump is none of the motion's: a normal one has none in any record.
 const DEVIATIONS: f64 = 15.0;
 /// Share of repeated samples from which a channel is coarse, or held on purpose.
 const MANY: f64 = 0.2;
 
-/// Stretches of samples that repeat the one before them, where the next makes up for it: it jumps by as far as the motion on both sides would have gone in the
-/// meantime, within a half of that, and by fifteen standard deviations (a robust one, of steps about the mean of those beside them) more than it goes in a
-/// step. Motion that rests does not catch up.
+/// Stretches of samples that repeat the one before them, with motion on both sides, where the next makes up for it at once: it jumps by
+/// more than two of the steps on either side, and by fifteen standard deviations (a robust one, of steps about the mean of those beside them) more than one, and
+/// no farther than the fastest step of the record leads in the time. Motion that rests goes on from where it was.
 ///
 /// Empty for a channel of which a fifth or more repeats.
 ///
@@ -36,29 +34,23 @@ pub fn frozen(samples: &[f64]) -> Vec<Range<usize>> {
     if runs.is_empty() || runs.iter().map(Range::len).sum::<usize>() as f64 >= MANY * samples.len() as f64 {
         return Vec::new();
     }
-    let scatter = scatter_of_steps(samples);
+    let step = |k: usize| samples[k + 1] - samples[k];
+    let far = DEVIATIONS * scatter(samples.len().saturating_sub(3), |k| step(k + 1) - 0.5 * (step(k) + step(k + 2)));
+    let ends_a_run = |k: usize| runs.binary_search_by_key(&(k + 1), |run| run.end).is_ok();
+    let fastest = (0..samples.len() - 1).filter(|k| !ends_a_run(*k)).map(|k| step(k).abs()).fold(0.0, f64::max);
     let catches_up = |run: &Range<usize>| {
-        // As few samples as their noise allows: motion turns in between.
+        // As few samples on either side as their noise allows: motion turns.
         let near = (run.len() as f64).sqrt().ceil() as usize;
         let (from, last) = (run.start.checked_sub(near + 1), samples.get(run.end + near));
         let (Some(from), Some(last)) = (from, last) else { return false };
         let [held, next] = [samples[run.start], samples[run.end]];
-        let step = 0.5 * ((held - samples[from]) + (last - next)) / near as f64;
-        let jump = next - held;
-        (jump - step * (run.len() + 1) as f64).abs() < 0.5 * jump.abs() && (jump - step).abs() > DEVIATIONS * scatter
+        let (before, jump, after) = (held - samples[from], next - held, last - next);
+        let moves = before.abs().min(after.abs()) > far;
+        // Three steps or more are made in one.
+        let pace = before.abs().max(after.abs()) / near as f64;
+        moves && jump.abs() > 2.0 * pace && jump.abs() - pace > far && jump.abs() <= (run.len() + 1) as f64 * fastest
     };
-    if scatter > 0.0 { runs.into_iter().filter(catches_up).collect() } else { Vec::new() }
-}
-
-/// Robust standard deviation of steps from the mean of the two beside them.
-fn scatter_of_steps(samples: &[f64]) -> f64 {
-    let step = |k: usize| samples[k + 1] - samples[k];
-    let inner = samples.len().saturating_sub(3);
-    let off = |k: usize| (step(k) - 0.5 * (step(k - 1) + step(k + 1))).abs();
-    let mut sizes: Vec<f64> = (1..=inner).step_by(inner.div_ceil(PLACES).max(1)).map(off).filter(|size| size.is_finite()).collect();
-    let (middle, far) = (sizes.len() / 2, 9 * sizes.len() / 10);
-    let mut at = |place: usize| if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(place, f64::total_cmp).1 };
-    robust_deviation(at(middle), at(far))
+    if far > 0.0 { runs.iter().filter(|run| catches_up(run)).cloned().collect() } else { Vec::new() }
 }
 
 #[cfg(test)]
@@ -96,6 +88,25 @@ mod tests {
             stops[k + 1..k + 6].fill(held);
         }
         assert_eq!(frozen(&stops), fast.iter().map(|k| k + 1..k + 6).collect::<Vec<_>>());
+    }
+
+    /// The motion slows down before it is not read, and is at another pace afterwards.
+    #[test]
+    fn the_pace_may_change_while_nothing_is_read() {
+        let at = [0.0, 0.3, 0.8, 1.65, 2.6, 3.25, 3.75, 4.0, 4.2];
+        let after = [9.55, 10.45, 11.4, 12.35, 13.35, 14.2, 14.9, 15.3];
+        let around = |k: i32| f64::from(k) * 0.9 + 0.01 * f64::from(k * 7 % 11);
+        let mut x: Vec<f64> = (-400..0).map(around).chain(at).collect();
+        let first = x.len();
+        x.extend([4.2; 12]);
+        x.extend(after);
+        x.extend((1..400).map(|k| 15.3 + around(k)));
+        assert_eq!(frozen(&x), [first..first + 12]);
+        // At rest a zero that is set anew is no motion.
+        let mut rests: Vec<f64> = (-400..0).map(around).collect();
+        rests.extend([0.0; 30].into_iter().chain([5.0; 30]));
+        rests.extend((1..400).map(|k| 5.0 + around(k)));
+        assert!(frozen(&rests).is_empty());
     }
 
     #[test]

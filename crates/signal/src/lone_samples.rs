@@ -1,10 +1,8 @@
 //! Samples that stand alone, as a bit that was lost on the way makes them.
 
-use crate::amplitudes::robust_deviation;
+use crate::spread::scatter;
 use std::ops::Range;
 
-/// Places at most at which the scatter of all is looked at: its deviation is known to a hundredth by them.
-const PLACES: usize = 1 << 16;
 /// Places on either side, without those of which the sample itself is part: by fourteen of them a deviation is known to a fifth.
 const AROUND: usize = 8;
 /// Places that are looked at together.
@@ -26,14 +24,7 @@ const STRETCH: usize = 256;
 pub fn lone_samples(samples: &[f64], deviations: f64) -> Vec<usize> {
     let off = |k: usize| samples[k] - 0.5 * (samples[k - 1] + samples[k + 1]);
     let inner = samples.len().saturating_sub(2);
-    let mut sizes: Vec<f64> = (1..=inner).step_by(inner.div_ceil(PLACES).max(1)).map(|k| off(k).abs()).filter(|size| size.is_finite()).collect();
-    if sizes.is_empty() {
-        return Vec::new();
-    }
-    let (middle, far) = (sizes.len() / 2, 9 * sizes.len() / 10);
-    let far = *sizes.select_nth_unstable_by(far, f64::total_cmp).1;
-    let middle = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let least = deviations * robust_deviation(middle, far);
+    let least = deviations * scatter(inner, |k| off(k + 1));
     let alone = |k: &usize| {
         let size = off(*k);
         // A half, as far as the signal itself can hide it.

@@ -4,7 +4,7 @@ use super::material::Answer;
 use crate::judge::{Court, Errors};
 use crate::result::Score;
 use crate::search::{Chosen, Stand};
-use crate::split::{Piece, parts};
+use crate::split::{Portion, portions};
 use crate::unseen::Unseen;
 
 /// A stretch of the held-out part that is of another plant.
@@ -23,7 +23,7 @@ impl Answer<'_> {
         if let Some([_, there]) = self.another(self.court, self.unseen, model) {
             return Some(Elsewhere { stretch: "the held-out part".to_owned(), floor: there.score.clone(), there });
         }
-        parts(self.held).into_iter().find_map(|Piece { samples, place, words }| {
+        portions(self.held).into_iter().find_map(|Portion { samples, place, words }| {
             let court = Court::new(&samples, self.meaning, self.subject, !self.court.windowed);
             let unseen = Unseen::new(&samples, self.subject, &self.found.stand.fit.power, &self.findings.tones);
             let both = self.another(&court, &unseen, model)?;

@@ -172,16 +172,18 @@ impl Answer<'_> {
         (causes, weak)
     }
 
-    /// A mass, a damping or a stiffness below zero is what a wrong law is paid with: a cause without which none is cannot be sure.
+    /// A mass, a damping or a stiffness below zero is what a wrong law is paid with: a cause without which none is cannot be sure, and where there is no such
+    /// cause, which of them it is does not show, and none can.
     fn doubt_what_turns_signs(&self, causes: &mut [Cause], steps: &[Step], kept: &[usize]) {
-        for cause in causes {
-            let Some(step) = steps.iter().find(|step| cause.lead.is_some_and(|lead| step.group.members.contains(&lead))) else { continue };
+        let turns = |cause: &Cause| {
+            let step = steps.iter().find(|step| cause.lead.is_some_and(|lead| step.group.members.contains(&lead)))?;
             let others: Vec<usize> = kept.iter().filter(|q| !step.group.members.contains(q)).copied().collect();
             let without = self.model(&others).map(|model| self.parameters(&model.chosen, &model.stand, &[]));
-            if without.is_some_and(|without| without.iter().all(|p| p.flag.is_none()) && !is_active(&without)) {
-                cause.believe_at_most(UNSURE);
-            }
-        }
+            Some(without.is_some_and(|without| without.iter().all(|p| p.flag.is_none()) && !is_active(&without)))
+        };
+        let turn: Vec<Option<bool>> = causes.iter().map(turns).collect();
+        let none_alone = !turn.contains(&Some(true));
+        causes.iter_mut().zip(turn).filter(|(_, turns)| turns.is_some_and(|turns| turns || none_alone)).for_each(|(cause, _)| cause.believe_at_most(UNSURE));
     }
 
     /// The causes as they are in the final model; their intervals hold those of other knobs and forms that the data like as well.
