@@ -66,7 +66,7 @@ pub use options::{HeldOut, KnownArm, Options};
 pub use pictures::Pictures;
 pub use probability::Features;
 pub use result::{
-    BandShare, Cause, CauseParameter, Confusable, Considered, Curve, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor,
-    ParameterFlag, Prospect, Score, Shift, Site, Split, TimeShare, UNSURE, Verdict,
+    AnotherPlant, BandShare, Cause, CauseParameter, Confusable, Considered, Curve, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter,
+    NoiseFloor, ParameterFlag, Prospect, Score, Shift, Site, Split, TimeShare, UNSURE, Verdict,
 };
 pub use stretch::Stretch;

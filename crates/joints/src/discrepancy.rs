@@ -51,7 +51,7 @@ impl Answer<'_> {
         notes.extend(self.passing.iter().enumerate().filter_map(|(j, passing)| Some(self.of_passing(j, passing.as_ref()?))));
         notes.extend((0..self.joints()).filter_map(|j| self.what_remains(j)));
         let none = f64::NAN;
-        Discrepancy { by_band, by_time, linear_share: none, nonlinear_share: none, time_varying_share: none, noise_share: none, notes }
+        Discrepancy { by_band, by_time, linear_share: none, nonlinear_share: none, time_varying_share: none, noise_share: none, another_plant: None, notes }
     }
 
     /// In words, what acts at a joint for a while.

@@ -101,7 +101,7 @@ mod tests {
         x.extend([4.2; 12]);
         x.extend(after);
         x.extend((1..400).map(|k| 15.3 + around(k)));
-        assert_eq!(frozen(&x), [first..first + 12]);
+        assert_eq!(frozen(&x), vec![first..first + 12]);
         // At rest a zero that is set anew is no motion.
         let mut rests: Vec<f64> = (-400..0).map(around).collect();
         rests.extend([0.0; 30].into_iter().chain([5.0; 30]));

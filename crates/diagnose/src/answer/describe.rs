@@ -149,7 +149,16 @@ impl Answer<'_> {
             }
         }
         let s = self.shares;
-        Discrepancy { by_band, by_time, linear_share: s.linear, nonlinear_share: s.nonlinear, time_varying_share: s.varying, noise_share: s.noise, notes }
+        Discrepancy {
+            by_band,
+            by_time,
+            linear_share: s.linear,
+            nonlinear_share: s.nonlinear,
+            time_varying_share: s.varying,
+            noise_share: s.noise,
+            another_plant: None,
+            notes,
+        }
     }
 
     fn output(&self, i: usize) -> String {

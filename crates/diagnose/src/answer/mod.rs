@@ -20,7 +20,7 @@ use crate::free_run::WINDOW_S;
 use crate::judge::Errors;
 use crate::pictures::Pictures;
 use crate::result::{
-    Cause, CauseParameter, Confusable, Curve, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, ParameterFlag, Score, Split, UNSURE, Verdict,
+    Cause, CauseParameter, Confusable, Curve, Diagnosis, Discrepancy, Extended, Model, ModelParameter, NoiseFloor, ParameterFlag, Score, Split, UNSURE, Verdict,
 };
 use crate::search::{Chosen, Stand};
 use crate::state;
@@ -96,7 +96,7 @@ impl Answer<'_> {
         let elsewhere = self.elsewhere((all, extended), with_all);
         let verdict = left.verdict(!causes.is_empty(), weak, lost, elsewhere.is_some());
         noise_floor.below(&extended_score);
-        elsewhere.iter().for_each(|elsewhere| noise_floor.below(&elsewhere.floor));
+        elsewhere.iter().for_each(|elsewhere| noise_floor.beside_another_plant(&elsewhere.floor));
         causes.iter().for_each(|cause| noise_floor.below(&Score { nrmse: cause.gain.nrmse_after.clone(), ..Score::default() }));
         if verdict == Verdict::Adequate {
             noise_floor = NoiseFloor::of_the_rest(&extended_score);
@@ -115,7 +115,7 @@ impl Answer<'_> {
         let diagnosis = Diagnosis {
             split,
             baseline: Model { model: "inertia-damping-stiffness".to_owned(), parameters: own, held_out: before.score.clone() },
-            discrepancy: self.discrepancy(&before, notes),
+            discrepancy: Discrepancy { another_plant: elsewhere.map(|elsewhere| elsewhere.told), ..self.discrepancy(&before, notes) },
             noise_floor,
             verdict,
             extended: Extended {

@@ -77,15 +77,17 @@ fn a_late_channel_of_a_lightly_damped_plant_is_that_alone() {
 }
 
 fn is_told_of_another_plant(d: &Diagnosis) -> bool {
-    d.discrepancy.notes.iter().any(|note| note.contains("another plant"))
+    d.discrepancy.another_plant.is_some()
 }
 
 /// Of a single trial the last 12 of 40 s are held out; 7 s before its end the plant becomes another.
 #[test]
 fn a_change_within_the_held_out_part_is_no_noise() {
     let of = |damping: f64, stiffness: f64| Plant { matrices: [2.0, damping, stiffness], ..Plant::default() };
-    let first = of(10.0, 300.0);
-    for (seed, last) in [(1, of(10.0, 450.0)), (2, of(10.0, 330.0)), (3, of(30.0, 300.0)), (4, first), (5, first), (6, first)] {
+    let (first, light) = (of(10.0, 300.0), of(2.0, 300.0));
+    // Of a light damping errors grow, and differ from block to block.
+    let ends = [(first, of(10.0, 450.0)), (first, of(10.0, 330.0)), (first, of(30.0, 300.0)), (light, of(2.0, 330.0)), (light, of(2.0, 450.0))];
+    for (seed, (first, last)) in (1..).zip(ends.into_iter().chain([(first, first), (first, first), (light, light)])) {
         let [mut trial, other] = [first, last].map(|plant| recorded(plant, seed));
         let mut both = trial.columns(&[1])[0]
             .iter()
@@ -96,7 +98,7 @@ fn a_change_within_the_held_out_part_is_no_noise() {
             .into_iter();
         trial.map_channel("pos_x", |x| both.next().unwrap_or(x)).expect("a position");
         let d = of_recordings(&[trial]);
-        let changes = seed < 4;
+        let changes = seed < 6;
         let expected = if changes { Verdict::Unexplained } else { Verdict::Adequate };
         assert_eq!((d.verdict, is_told_of_another_plant(&d)), (expected, changes), "{seed} {:?}", d.discrepancy.notes);
     }

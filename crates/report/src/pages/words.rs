@@ -139,12 +139,19 @@ fn listed<'a>(causes: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     names.into_iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
+/// "The held-out part from 42.50 to 50.00 s is as of another plant than what was fitted."
+fn another_plant(d: &Diagnosis) -> Option<String> {
+    let stretch = &d.discrepancy.another_plant.as_ref()?.stretch;
+    Some(format!("{} is as of another plant than what was fitted.", capitalised(stretch)))
+}
+
 /// The diagnosis in one sentence.
 pub fn sentence(d: &Diagnosis) -> String {
     let Some(first) = d.causes.iter().find(|c| c.is_likely()).or(d.causes.first()) else {
         return match d.verdict {
             Verdict::Adequate => "The simulation is adequate: nothing beyond the tolerance is missing.".to_owned(),
-            _ => format!("{} the simulation misses something that none of the known causes explains.", place(&d.discrepancy.by_band)),
+            _ => another_plant(d)
+                .unwrap_or_else(|| format!("{} the simulation misses something that none of the known causes explains.", place(&d.discrepancy.by_band))),
         };
     };
     let (more, name) = plain(&first.effect);
@@ -170,12 +177,14 @@ pub fn sentence(d: &Diagnosis) -> String {
         }
     }
     if !matches!(d.verdict, Verdict::Explained | Verdict::Adequate) {
+        let another = another_plant(d);
+        text.push(' ');
         text += if first.is_in_doubt() {
-            " That this is its name is not sure."
+            "That this is its name is not sure."
         } else if d.extended.held_out.is_worse_than(&d.baseline.held_out) {
-            " The free run is no better with it."
+            "The free run is no better with it."
         } else {
-            " Something is left that none of the known causes explains."
+            another.as_deref().unwrap_or("Something is left that none of the known causes explains.")
         };
     }
     text
@@ -238,6 +247,20 @@ mod tests {
             "considered": none, "minor": none, "confusable": none,
         }))
         .expect("a diagnosis")
+    }
+
+    #[test]
+    fn a_stretch_of_another_plant_is_what_the_sentence_is_of() {
+        let mut d = friction(0.6, 0.5, 2.0);
+        d.verdict = Verdict::PartlyExplained;
+        d.causes[0].probability = 0.99;
+        let another = ndof_diagnose::AnotherPlant { stretch: "the held-out part from 42.50 to 50.00 s".to_owned(), nrmse: vec![Some(0.01)] };
+        assert!(sentence(&d).ends_with("Something is left that none of the known causes explains."), "{}", sentence(&d));
+        d.discrepancy.another_plant = Some(another);
+        let told = "The held-out part from 42.50 to 50.00 s is as of another plant than what was fitted.";
+        assert!(sentence(&d).ends_with(told), "{}", sentence(&d));
+        (d.verdict, d.causes) = (Verdict::Unexplained, Vec::new());
+        assert_eq!(sentence(&d), told);
     }
 
     #[test]
