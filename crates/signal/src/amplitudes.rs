@@ -8,6 +8,8 @@ use std::sync::OnceLock;
 
 /// Values that differ which are enough to find their least distance: as many as a converter of 16 bits has.
 const DISTINCT: usize = 1 << 16;
+/// Values by which most signals show already that they have no coarse steps.
+const FEW: usize = 1 << 9;
 const SAME: fn(f64) -> f64 = |x| x;
 /// Samples that are rather counted once more than sorted.
 const MANY: usize = 1 << 17;
@@ -59,34 +61,42 @@ impl<'a> Amplitudes<'a> {
     /// The least distance between values; what is a billionth of their range or less is round-off. Once 65 536 differ, no more are looked at.
     /// Infinite where no two differ.
     pub fn step(&self) -> f64 {
-        *self.step.get_or_init(|| self.least_distance())
+        *self.step.get_or_init(|| self.least_distance(0.0, 2 * DISTINCT))
     }
 
-    fn least_distance(&self) -> f64 {
+    /// The same if it is above some distance. Few samples show that it is not: no more values can differ by more than their range holds such distances.
+    pub fn step_above(&self, distance: f64) -> Option<f64> {
+        let step = self.least_distance(distance, FEW);
+        (step > distance).then_some(step)
+    }
+
+    /// No more is looked at once `enough` is reached, which is asked for the first time of `most` values that may differ.
+    fn least_distance(&self, enough: f64, mut most: usize) -> f64 {
         let mut values = Vec::new();
-        let sort = |values: &mut Vec<f64>| {
+        let round_off = 1e-9 * (self.range[1] - self.range[0]);
+        let least = |values: &mut Vec<f64>| {
             *values = sorted(values, self.range);
             values.dedup();
+            values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > round_off).fold(f64::INFINITY, f64::min)
         };
         // What came last under the same place: most samples of a sensor with few steps end here.
-        let bits = (usize::BITS - self.samples.len().leading_zeros()).clamp(1, 16);
+        let bits = (usize::BITS - self.samples.len().min(most).leading_zeros()).clamp(1, 16);
         let mut lately = vec![f64::NAN; 1 << bits];
         for &x in &*self.samples {
             let place = &mut lately[(x.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - bits)) as usize];
             if *place != x {
                 *place = x;
                 values.push(x);
-                if values.len() == 2 * DISTINCT {
-                    sort(&mut values);
-                    if values.len() >= DISTINCT {
-                        break;
+                if values.len() == most {
+                    let step = least(&mut values);
+                    if step <= enough || values.len() >= DISTINCT {
+                        return step;
                     }
+                    most = if 2 * values.len() > most { (2 * most).min(2 * DISTINCT) } else { most };
                 }
             }
         }
-        sort(&mut values);
-        let range = self.range[1] - self.range[0];
-        values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 1e-9 * range).fold(f64::INFINITY, f64::min)
+        least(&mut values)
     }
 
     /// Quantiles at some shares in 0 … 1, less the mean and over the standard deviation, linear between samples; NaN without samples.
@@ -317,11 +327,17 @@ mod tests {
     fn a_step_is_found_among_few_values_and_among_many() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
         let mut quantised = |step: f64, count: usize| -> Vec<f64> { (0..count).map(|_| (1e3 * rng.random_range(-1.0..1.0_f64)).round() * step).collect() };
-        assert!((Amplitudes::of(&quantised(0.5, 300_000)).step() - 0.5).abs() < 1e-12);
+        let (coarse, many) = (quantised(0.5, 5000), quantised(0.5, 300_000));
+        assert!((Amplitudes::of(&many).step() - 0.5).abs() < 1e-12);
         let fine: Vec<f64> = (0..200_000).map(|_| (rng.random_range(-1.0..1.0_f64) * f64::from(1 << 22)).round()).collect();
         // 65 536 of 8 million values: some neighbours are among them with a probability of one less e^-512.
         assert_eq!(Amplitudes::of(&fine).step(), 1.0);
         assert_eq!(Amplitudes::of(&[3.0; 10]).step(), f64::INFINITY);
+        for samples in [Amplitudes::of(&coarse), Amplitudes::of(&many), Amplitudes::of(&fine), Amplitudes::of(&[3.0; 10])] {
+            for distance in [0.1, 0.49, 0.51, 0.9, 1.1] {
+                assert_eq!(samples.step_above(distance), Some(samples.step()).filter(|step| *step > distance));
+            }
+        }
     }
 
     #[test]

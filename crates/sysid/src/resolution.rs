@@ -1,8 +1,10 @@
 //! Where the window was too wide for the response.
 
 use crate::response::{FrequencyResponse, places};
+use ndof_signal::Kernel;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// A resonance that the estimate could not resolve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,19 +37,13 @@ pub fn unresolved(response: &FrequencyResponse, share: f64, low_hz: f64, high_hz
     }
     let (p, q) = response.shape();
     let spacing_hz = if response.len() > 1 { response.frequency_hz[1] - response.frequency_hz[0] } else { f64::INFINITY };
-    let at = |f_hz: f64, i: usize, j: usize| -> Option<Complex64> {
-        let x = (f_hz - response.frequency_hz[0]) / spacing_hz;
-        let k = if x >= 0.0 { x.floor() as usize } else { return None };
-        let share = x - k as f64;
-        let value = |k: usize| (k < response.len()).then(|| response.value[[k, i, j]]).filter(|v| v.is_finite());
-        if share < 1e-9 { value(k) } else { Some(value(k)? * (1.0 - share) + value(k + 1)? * share) }
-    };
+    let lines = by_lines(kernel, spacing_hz);
     let mut found = Vec::new();
     for (i, j) in places(p, q) {
+        let value: Vec<Complex64> = (0..response.len()).map(|f| response.value[[f, i, j]]).collect();
         let mut worst: Option<Unresolved> = None;
-        for f in 0..response.len() {
-            let f_hz = response.frequency_hz[f];
-            let gain = response.value[[f, i, j]].norm();
+        for (f, &f_hz) in response.frequency_hz.iter().enumerate() {
+            let gain = value[f].norm();
             if !(low_hz..=high_hz).contains(&f_hz) || !gain.is_finite() || gain == 0.0 {
                 continue;
             }
@@ -55,8 +51,8 @@ pub fn unresolved(response: &FrequencyResponse, share: f64, low_hz: f64, high_hz
             if std_error > share * gain {
                 continue;
             }
-            let seen: Option<Complex64> = kernel.offset_hz.iter().zip(&kernel.weight).map(|(o, w)| Some(at(f_hz + o, i, j)? * *w)).sum();
-            let Some(seen) = seen else { continue };
+            let seen: Option<Complex64> = lines.iter().map(|(m, w)| Some(value.get(f.checked_add_signed(*m)?)? * *w)).sum();
+            let Some(seen) = seen.filter(|seen| seen.is_finite()) else { continue };
             let relative_bias = (seen.norm() - gain) / gain;
             let bias_over_std_error = relative_bias * gain / std_error;
             let larger = worst.is_none_or(|w| relative_bias.abs() > w.relative_bias.abs());
@@ -67,4 +63,21 @@ pub fn unresolved(response: &FrequencyResponse, share: f64, low_hz: f64, high_hz
         found.extend(worst);
     }
     found
+}
+
+/// The kernel on the lines of the estimate, so many away, between which a response is taken as straight.
+fn by_lines(kernel: &Kernel, spacing_hz: f64) -> Vec<(isize, f64)> {
+    let mut lines: BTreeMap<isize, f64> = BTreeMap::new();
+    for (offset, weight) in kernel.offset_hz.iter().zip(&kernel.weight) {
+        let x = offset / spacing_hz;
+        let near = x.round();
+        if (x - near).abs() < 1e-9 {
+            *lines.entry(near as isize).or_default() += weight;
+        } else {
+            let (below, share) = (x.floor(), x - x.floor());
+            *lines.entry(below as isize).or_default() += weight * (1.0 - share);
+            *lines.entry(below as isize + 1).or_default() += weight * share;
+        }
+    }
+    lines.into_iter().collect()
 }

@@ -75,8 +75,8 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, (role
     if !used {
         return found;
     }
-    let (step, std) = (amplitudes.step(), amplitudes.std);
-    if sensed && step > COARSE * std {
+    let std = amplitudes.std;
+    if sensed && let Some(step) = amplitudes.step_above(COARSE * std) {
         let message = format!("its values are {step:.3e} apart, {:.0} % of its standard deviation", 100.0 * step / std);
         say("coarse-quantisation", "remark", message, "use a finer range of the sensor, or perturb more strongly");
     }

@@ -111,7 +111,7 @@ pub(super) fn digits(text: &str) -> (u32, u32) {
     let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
     let exponent: i64 = exponent.parse().unwrap_or(0);
     let fraction = mantissa.split_once('.').map_or(0, |(_, f)| f.len()) as i64;
-    let figures = mantissa.chars().filter(char::is_ascii_digit).skip_while(|&c| c == '0').count();
+    let figures = mantissa.bytes().filter(u8::is_ascii_digit).skip_while(|&c| c == b'0').count();
     ((fraction - exponent).clamp(0, 300) as u32, figures.min(20) as u32)
 }
 
