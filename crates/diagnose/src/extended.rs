@@ -169,6 +169,20 @@ impl Subject {
         (0..own.len()).map(|k| signed.iter().any(|fewer| fewer[k] != own[k] && fewer[k].1 == Value::Number(0.0))).collect()
     }
 
+    /// Whether a coefficient has, beyond doubt (two standard errors), the sign that its form forbids: what else was chosen when the search found it kept it from that.
+    pub fn has_a_forbidden_sign(&self, chosen: &[Chosen], stand: &Stand, position: usize) -> bool {
+        let signs = &self.hypotheses[chosen[position].hypothesis].form.signs;
+        let (covariance, first) = (stand.fit.covariance(), stand.base.columns.len() + stand.spans[position].0);
+        self.coefficients(stand, position).iter().zip(signs).enumerate().any(|(k, (value, sign))| {
+            let doubt = 2.0 * covariance.at(first + k, first + k).sqrt();
+            match sign {
+                Sign::Positive => value + doubt < 0.0,
+                Sign::Negative => value - doubt > 0.0,
+                Sign::Free => false,
+            }
+        })
+    }
+
     /// The numbers of a chosen hypothesis with their standard errors while its knobs stay: whether what they are the size of is there at all.
     pub fn beside_knobs(&self, chosen: &[Chosen], stand: &Stand, position: usize) -> Vec<(&'static str, f64, f64)> {
         let naming = &self.hypotheses[chosen[position].hypothesis].form.naming;

@@ -178,11 +178,12 @@ impl ParametricModel for InertiaDampingStiffnessModel {
         out
     }
 
-    fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
-        let per = self.entries.len();
-        let (i, j) = self.entries[parameter % per];
-        let matrix = self.matrix(&theta[parameter / per * per..]);
-        (matrix[[i, i]] * matrix[[j, j]]).abs().sqrt()
+    fn scales(&self, theta: &[f64]) -> Vec<f64> {
+        let of_matrix = |entries: &[f64]| {
+            let matrix = self.matrix(entries);
+            self.entries.iter().map(move |&(i, j)| (matrix[[i, i]] * matrix[[j, j]]).abs().sqrt())
+        };
+        theta.chunks_exact(self.entries.len()).flat_map(of_matrix).collect()
     }
 
     /// Entries of the Cholesky factors L of M = L Lᵀ, B and K for [`Symmetry::PositiveSemidefinite`].

@@ -70,13 +70,14 @@ pub trait ParametricModel: Send + Sync {
         None
     }
 
-    /// How large parameter `parameter` would have to be to matter: its own size, unless the model knows better.
+    /// How large each parameter would have to be to matter: its own size, unless the model knows better.
     /// An interval wider than that says nothing.
-    fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
-        match self.base().map(|base| (base, base.parameters().len())) {
-            Some((base, own)) if parameter < own => base.scale(&theta[..own], parameter),
-            _ => theta[parameter].abs(),
-        }
+    fn scales(&self, theta: &[f64]) -> Vec<f64> {
+        let (base, own) = self.base().map_or((Vec::new(), 0), |base| {
+            let own = base.parameters().len();
+            (base.scales(&theta[..own]), own)
+        });
+        base.into_iter().chain(theta[own..].iter().map(|value| value.abs())).collect()
     }
 
     /// Writes D(s) to `value` (N × N, row-major) and, where asked, ∂D/∂θₖ to the k-th block of `derivative`.
@@ -143,7 +144,7 @@ mod tests {
     #[test]
     fn a_model_that_says_no_more_has_parameters_of_their_own_size_and_moves_in_them() {
         let springs = Springs(vec![Axis::linear("x")]);
-        assert_eq!([springs.scale(&[-3.0, 0.5], 0), springs.scale(&[-3.0, 0.5], 1)], [3.0, 0.5]);
+        assert_eq!(springs.scales(&[-3.0, 0.5]), [3.0, 0.5]);
         assert_eq!((springs.internal(&[2.0, 7.0]), springs.natural(&[2.0, 7.0])), (vec![2.0, 7.0], vec![2.0, 7.0]));
         assert!(springs.natural_jacobian(&[2.0]).is_none());
         let response = parametric_response(&springs, &[4.0], &[1.0], ResponseKind::Compliance);

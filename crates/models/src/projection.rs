@@ -131,7 +131,7 @@ impl Projection {
         Ok(Projected {
             matrices: target.matrices(&projected),
             std_error: target.matrices(&errors),
-            parameters: Parameter::describe(&target.parameters(), &projected, &total, |_| quantile, |k| target.scale(&projected, k)),
+            parameters: Parameter::describe(&target.parameters(), &projected, &total, |_| quantile, &target.scales(&projected)),
             model: target,
             covariance: total,
             jacobian: self.kinematics.jacobian(),

@@ -77,6 +77,7 @@ impl Answer<'_> {
         let (all, extended) = model.as_ref().map_or((&[][..], self.baseline), |model| (&model.chosen, &model.stand));
         let others = subject.as_likely(all, extended, self.order());
         self.tell_parameters(&mut causes, &kept, all, extended, &others);
+        weak |= self.doubt_forbidden_signs(&mut causes, &kept, (all, extended));
         let with_all = model.as_ref().map_or(&quiet, |model| &model.errors);
         let extended_score = with_all.score.clone();
         self.complete(&mut causes, (all, extended), &before, &left);
@@ -184,6 +185,21 @@ impl Answer<'_> {
         let turn: Vec<Option<bool>> = causes.iter().map(turns).collect();
         let none_alone = !turn.contains(&Some(true));
         causes.iter_mut().zip(turn).filter(|(_, turns)| turns.is_some_and(|turns| turns || none_alone)).for_each(|(cause, _)| cause.believe_at_most(UNSURE));
+    }
+
+    /// A law with a sign that it cannot have stands for another; whether there is one.
+    fn doubt_forbidden_signs(&self, causes: &mut [Cause], kept: &[usize], (all, extended): (&[Chosen], &Stand)) -> bool {
+        let forbidden = |cause: &&mut Cause| {
+            let position = cause.lead.and_then(|lead| kept.binary_search(&lead).ok());
+            position.is_some_and(|position| self.subject.has_a_forbidden_sign(all, extended, position))
+        };
+        let doubted: Vec<&mut Cause> = causes.iter_mut().filter(forbidden).collect();
+        let any = !doubted.is_empty();
+        for cause in doubted {
+            cause.believe_at_most(UNSURE);
+            cause.evidence.push("one of its numbers has a sign that the law cannot have: it stands for something else".to_owned());
+        }
+        any
     }
 
     /// The causes as they are in the final model; their intervals hold those of other knobs and forms that the data like as well.

@@ -65,7 +65,7 @@ impl<E: Equation, const P: usize> ForceLaw for OnAxis<E, P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::time::laws::{Coulomb, LinearReflex, StiffnessDrift, Stribeck};
+    use crate::time::laws::{Coulomb, LinearReflex, NO_MUSCLE_HZ, StiffnessDrift, Stribeck};
     use std::f64::consts::TAU;
 
     #[test]
@@ -84,6 +84,10 @@ mod tests {
         let want = omega * omega * (30.0 * 0.25 + 3.0 * 0.5 - 0.5) - 2.0 * omega * 0.25;
         assert!(force == [1.0, 1.5] && rates[0] == 0.25 && (rates[1] - want).abs() < 1e-12 * want, "{rates:?} {want}");
         assert_eq!((reflex.states(), reflex.delay_s(), reflex.jumps(), reflex.fastest_rate(&motion)), (2, 0.04, false, 2.0 * omega));
+        // Without the muscle its force is what drives it, and its states rest.
+        let direct = on_axis(1, LinearReflex, [30.0, 3.0, 0.04, NO_MUSCLE_HZ]);
+        assert_eq!(evaluate(&direct, &[0.0, 0.0]), ([1.0, 1.0 + 30.0 * 0.25 + 3.0 * 0.5], vec![0.0, 0.0]));
+        assert_eq!((direct.delay_s(), direct.fastest_rate(&motion)), (0.04, 0.0));
         let turn_velocity = 1e-3;
         assert!(on_axis(0, Coulomb { turn_velocity }, [1.0]).jumps() && on_axis(0, Stribeck { turn_velocity }, [1.0, 0.5, 0.1]).jumps());
     }

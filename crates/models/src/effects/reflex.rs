@@ -68,9 +68,9 @@ impl ForceLaw for Reflex {
 }
 
 /// From displacement to the force of the velocity: half of a Gaussian velocity passes a rectifier (Bussgang).
-pub(super) fn tangent(direction: f64, s: Complex64, knobs: &[f64]) -> Complex64 {
+pub(super) fn tangent(direction: f64, s: Complex64, [delay, cutoff]: [f64; 2]) -> Complex64 {
     let share = if direction == 0.0 { 1.0 } else { 0.5 };
-    LinearReflex.response(&[0.0, share, knobs[0], knobs[1]], s).unwrap_or_default()
+    LinearReflex.response(&[0.0, share, delay, cutoff], s).unwrap_or_default()
 }
 
 /// A reflex of one axis whose gain follows the schedule, by knobs (delay, cut-off) and coefficients (mean, then those of the waves).
@@ -96,6 +96,6 @@ impl ScheduledReflex {
 
     /// The best linear approximation of the mean's force, as of a constant reflex; that of a wave about the mean is left to the data.
     pub fn tangent(&self, s: Complex64, knobs: &[f64]) -> Complex64 {
-        tangent(self.direction, s, knobs)
+        tangent(self.direction, s, [knobs[0], knobs[1]])
     }
 }

@@ -2,6 +2,7 @@
 
 use super::reflex::{Gain, Reflex, tangent};
 use super::vocabulary::*;
+use crate::time::laws::NO_MUSCLE_HZ;
 
 pub(super) const DELAY: ParameterCard = plain("delay_s", "s", 0.0, 10.0, None);
 const STIFFNESS: ParameterCard = mechanical("stiffness_n_per_m", ("N/m", "N m/rad"), -1e9, 1e9, Some(0.0));
@@ -16,7 +17,7 @@ const CARD: Card = Card {
     signature: "from 0.5 to 5 Hz stiffness up and damping down, a sharper resonance; no phase roll-off above 5 Hz",
     look_alikes: &["hysteresis", "viscoelastic", "measurement-delay", "asymmetric-stiffness"],
     next_experiment: "single ramps to either side, slow and fast: a reflex answers after its delay, and a one-directional one to one side only",
-    equation: "f = exp(-s τ) ω²/(s + ω)² [(k + b s) x], one-directional: [b max(± v, 0)]",
+    equation: "f = exp(-s τ) ω²/(s + ω)² [(k + b s) x], one-directional: [b max(± v, 0)]; a cut-off of 1e6 Hz, or none where a cause is named: without the muscle",
     source: "Kearney, Stein & Parameswaran 1997, Identification of intrinsic and reflex contributions to human ankle stiffness dynamics",
     trace: Trace::Forms,
 };
@@ -28,22 +29,33 @@ const FAST_HZ: f64 = 15.0;
 /// Delayed feedback of one axis.
 pub(super) const EFFECT: Effect = Effect { forms, stands_for, ..Effect::new(&CARD, injection) };
 
-fn named(k: &[f64], stiffness: f64, damping: f64, one_directional: bool) -> Vec<(&'static str, Value)> {
-    vec![
-        ("delay_s", Value::Number(k[0])),
-        ("stiffness_n_per_m", Value::Number(stiffness)),
-        ("damping_n_s_per_m", Value::Number(damping)),
-        ("cutoff_hz", Value::Number(k[1])),
-        ("one_directional", Value::Flag(one_directional)),
-    ]
+fn named([delay, cutoff]: [f64; 2], [stiffness, damping]: [f64; 2], one_directional: bool) -> Vec<(&'static str, Value)> {
+    let muscle = (cutoff < NO_MUSCLE_HZ).then_some(("cutoff_hz", Value::Number(cutoff)));
+    let rest = [("stiffness_n_per_m", Value::Number(stiffness)), ("damping_n_s_per_m", Value::Number(damping))];
+    let of = [("one_directional", Value::Flag(one_directional))];
+    std::iter::once(("delay_s", Value::Number(delay))).chain(rest).chain(muscle).chain(of).collect()
 }
 
 /// Knobs delay and cut-off, where a search starts, and what a fit to a wrong muscle leaves.
 pub(super) fn searched(form: Form, scale: &Scale) -> Form {
     let unit = scale.human_time_s();
-    let delay = Knob { telling: true, ..Knob::log(0.012 * unit, 0.13 * unit) };
     let starts: [&[f64]; 2] = [&[0.03 * unit, 0.06 * unit], &[1.5 / unit, 3.0 / unit, 6.0 / unit]];
-    form.knobs(vec![delay, Knob::log(1.0 / unit, 20.0 / unit)], &starts).floor(0.02).absolute(DELAY.name, 0.5e-3)
+    told_by_delay(form.knobs(vec![delay(0.012 * unit, unit), Knob::log(1.0 / unit, 20.0 / unit)], &starts))
+}
+
+/// The same of one without a muscle: the delay alone, from somewhat less than what the fastest reflexes take (30 ms). A feedback that answers sooner shows in
+/// no such band: inertia, damping and stiffness together do what it does.
+fn searched_without_muscle(form: Form, scale: &Scale) -> Form {
+    let unit = scale.human_time_s();
+    told_by_delay(form.knobs(vec![delay(0.02 * unit, unit)], &[&[0.03, 0.05, 0.09].map(|delay| delay * unit)]))
+}
+
+fn delay(least_s: f64, unit: f64) -> Knob {
+    Knob { telling: true, ..Knob::log(least_s, 0.13 * unit) }
+}
+
+fn told_by_delay(form: Form) -> Form {
+    form.floor(0.02).absolute(DELAY.name, 0.5e-3)
 }
 
 fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
@@ -56,22 +68,26 @@ fn forms(scale: &Scale) -> Vec<Form> {
     // Beside a gain that may follow a schedule stands the constant one, which does not pay for a position that plays no part.
     let alone = scale.closed_schedule.map(|_| (0.0, "velocity in both directions"));
     let of_velocity = [(1.0, "positive velocity only"), (-1.0, "negative velocity only")].into_iter().chain(alone);
-    let law = |axis, k: &[f64], [stiffness, damping]: [f64; 2], direction| {
-        let theta = [stiffness, damping, k[0], k[1]];
+    let law = |axis, [delay, cutoff]: [f64; 2], [stiffness, damping]: [f64; 2], direction| {
+        let theta = [stiffness, damping, delay, cutoff];
         Reflex { axis, direction, theta, gain: Gain::Constant }
+    };
+    let through: [fn(&[f64]) -> [f64; 2]; 2] = [|k| [k[0], k[1]], |k| [k[0], NO_MUSCLE_HZ]];
+    let of_axis = |axis: usize, at: fn(&[f64]) -> [f64; 2]| {
+        let both = Form::new("both directions", Some(axis), Action::force(move |k, c| law(axis, at(k), [c[0], c[1]], 0.0)))
+            .coefficients(vec![Sign::Positive, Sign::Positive])
+            .naming(move |k, c| named(at(k), [c[0], c[1]], false));
+        let velocity = of_velocity.clone().map(move |(direction, label)| {
+            let action = Action::tangent(move |k, c| law(axis, at(k), [0.0, c[0]], direction), move |s, k| tangent(direction, s, at(k)));
+            Form::new(label, Some(axis), action).coefficients(vec![Sign::Positive]).naming(move |k, c| named(at(k), [0.0, c[0]], direction != 0.0))
+        });
+        std::iter::once(both).chain(velocity)
     };
     (0..scale.axes())
         .flat_map(|axis| {
-            let both = Form::new("both directions", Some(axis), Action::force(move |k, c| law(axis, k, [c[0], c[1]], 0.0)))
-                .coefficients(vec![Sign::Positive, Sign::Positive])
-                .naming(|k, c| named(k, c[0], c[1], false));
-            let velocity = of_velocity.clone().map(move |(direction, label)| {
-                let action = Action::tangent(move |k, c| law(axis, k, [0.0, c[0]], direction), move |s, k| tangent(direction, s, k));
-                Form::new(label, Some(axis), action).coefficients(vec![Sign::Positive]).naming(move |k, c| named(k, 0.0, c[0], direction != 0.0))
-            });
-            std::iter::once(both).chain(velocity)
+            let muscle = of_axis(axis, through[0]).map(|form| searched(form, scale));
+            muscle.chain(of_axis(axis, through[1]).map(|form| searched_without_muscle(form, scale)))
         })
-        .map(|form| searched(form, scale))
         .collect()
 }
 

@@ -62,7 +62,7 @@ pub(crate) fn rescale_by_trials(model: &dyn ParametricModel, mut fit: Fit, left:
     fit.covariance_scale = ratio;
     fit.width = Width::Trials;
     fit.interval_quantile = t_quantile(freedom);
-    fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, |_| fit.interval_quantile, |k| model.scale(&fit.theta, k));
+    fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, |_| fit.interval_quantile, &model.scales(&fit.theta));
     fit
 }
 

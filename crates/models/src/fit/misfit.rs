@@ -99,7 +99,7 @@ impl WeightedFit {
         (fit.theta, fit.covariance, fit.width) = (solved.theta, covariance, Width::Misfit);
         // Of two sources with freedoms of their own, that of the smaller one is the careful choice.
         fit.interval_quantile = fit.interval_quantile.max(t_quantile(fit.degrees_of_freedom));
-        fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, |_| fit.interval_quantile, |k| model.scale(&fit.theta, k));
+        fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, |_| fit.interval_quantile, &model.scales(&fit.theta));
         Ok(fit)
     }
 }

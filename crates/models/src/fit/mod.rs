@@ -197,7 +197,7 @@ impl Solved {
         let ends = frequency_hz.iter().fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], hz| [low.min(*hz), high.max(*hz)]);
         Fit {
             model: model.name().to_owned(),
-            parameters: Parameter::describe(&model.parameters(), &self.theta, &covariance, |_| interval_quantile, |k| model.scale(&self.theta, k)),
+            parameters: Parameter::describe(&model.parameters(), &self.theta, &covariance, |_| interval_quantile, &model.scales(&self.theta)),
             theta: self.theta,
             covariance,
             covariance_scale: 1.0,

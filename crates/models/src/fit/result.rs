@@ -127,14 +127,14 @@ impl Fit {
 }
 
 impl Parameter {
-    /// Values, standard errors and intervals of `quantile` standard errors to each side, from a covariance; `scale` is how
-    /// large a parameter would have to be to matter. Both are asked for each parameter by its index.
+    /// Values, standard errors and intervals of `quantile` standard errors to each side, from a covariance; `scales` are how
+    /// large each would have to be to matter. The quantile is asked for by index.
     pub(crate) fn describe(
         infos: &[ParameterInfo],
         theta: &[f64],
         covariance: &Array2<f64>,
         quantile: impl Fn(usize) -> f64,
-        scale: impl Fn(usize) -> f64,
+        scales: &[f64],
     ) -> Vec<Parameter> {
         infos
             .iter()
@@ -149,7 +149,7 @@ impl Parameter {
                     value,
                     std_error,
                     ci95: [value - half, value + half],
-                    identifiable: half <= scale(k),
+                    identifiable: half <= scales[k],
                 }
             })
             .collect()

@@ -262,7 +262,7 @@ impl FreeRunFit {
             profile_quantiles.clone_from(&quantiles);
         }
         let covariance = Array2::from_shape_fn((expected, expected), |(r, c)| all[[r, c]]);
-        let parameters = Parameter::describe(&mechanism.parameters(), &theta, &covariance, |k| quantiles[k], |k| mechanism.scale(&theta, k));
+        let parameters = Parameter::describe(&mechanism.parameters(), &theta, &covariance, |k| quantiles[k], &mechanism.scales(&theta));
         // σ² of each axis at its most likely: N/n ln(σ²) each.
         let deviance: f64 = (0..problem.axes())
             .map(|i| {

@@ -147,10 +147,10 @@ impl Mechanism {
         Some(out)
     }
 
-    /// How large a parameter would have to be to matter: for entries of a matrix, the size of its diagonal.
-    pub(crate) fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
-        let of_matrices = parameter < self.matrices() * self.entries().len();
-        if of_matrices { self.matrices_alone().scale(theta, parameter) } else { theta[parameter].abs() }
+    /// How large each parameter would have to be to matter: for entries of a matrix, the size of its diagonal.
+    pub(crate) fn scales(&self, theta: &[f64]) -> Vec<f64> {
+        let (of_matrices, rest) = theta.split_at(self.matrices() * self.entries().len());
+        self.matrices_alone().scales(of_matrices).into_iter().chain(rest.iter().map(|value| value.abs())).collect()
     }
 }
 
@@ -185,7 +185,6 @@ mod tests {
     fn an_entry_matters_beside_its_diagonal_and_anything_else_beside_itself() {
         let mechanism = Mechanism::new(vec![Axis::linear("x"), Axis::linear("y")]).with_offset().with(laws::CubicStiffness, 0);
         let theta = [4.0, -0.5, 9.0, 16.0, 1.0, 25.0, 100.0, 7.0, 400.0, -3.0, 2.0, 5e4];
-        let scales: Vec<f64> = (0..theta.len()).map(|k| mechanism.scale(&theta, k)).collect();
-        assert_eq!(scales, [4.0, 6.0, 9.0, 16.0, 20.0, 25.0, 100.0, 200.0, 400.0, 3.0, 2.0, 5e4]);
+        assert_eq!(mechanism.scales(&theta), [4.0, 6.0, 9.0, 16.0, 20.0, 25.0, 100.0, 200.0, 400.0, 3.0, 2.0, 5e4]);
     }
 }

@@ -231,6 +231,7 @@ impl FreeRunFit {
         }
         let problem = self.problem_of(mechanism, trials, &fit)?;
         let profiler = Profiler::new(&problem, fit.unknowns());
+        let scales = mechanism.scales(&fit.theta);
         for k in 0..fit.parameters.len() {
             let std_error = fit.parameters[k].std_error;
             let half = 0.5 * (fit.parameters[k].ci95[1] - fit.parameters[k].ci95[0]);
@@ -240,7 +241,7 @@ impl FreeRunFit {
             let [low, high] = interval(&profiler, &fit, k)?;
             let open = low <= profiler.bounds[k].0 || high >= profiler.bounds[k].1;
             fit.parameters[k].ci95 = [low, high];
-            fit.parameters[k].identifiable = !open && 0.5 * (high - low) <= mechanism.scale(&fit.theta, k);
+            fit.parameters[k].identifiable = !open && 0.5 * (high - low) <= scales[k];
             fit.profiled[k] = true;
         }
         Ok(fit)

@@ -19,11 +19,11 @@ pub struct Residual {
     pub left: Leftover,
 }
 
-/// One row an output: the residual over time, its density below that of the output, its autocorrelation.
+/// One row an output: the residual over time, sampled at a rate from a time on, its density below that of the output, its autocorrelation.
 ///
 /// # Errors
 /// [`FigureError::Shape`] where a density does not have one value a frequency.
-pub fn residual(name: &str, title: &str, sample_rate_hz: f64, residuals: &[Residual]) -> Result<Figure, FigureError> {
+pub fn residual(name: &str, title: &str, (sample_rate_hz, start_s): (f64, f64), residuals: &[Residual]) -> Result<Figure, FigureError> {
     let mut figure = Figure::new(name, title)
         .columns(3)
         .caption("Measured less simulated: over time, its density beside the output's, and its autocorrelation (white noise stays within the band).");
@@ -33,7 +33,7 @@ pub fn residual(name: &str, title: &str, sample_rate_hz: f64, residuals: &[Resid
             expect_shape(format!("the density of the {what} \"{}\"", one.output), "frequencies", &[left.frequency_hz.len()], &[found.len()])?;
         }
         let frequency: Arc<[f64]> = left.frequency_hz.as_slice().into();
-        let time: Arc<[f64]> = (0..left.samples.len()).map(|k| k as f64 / sample_rate_hz).collect();
+        let time: Arc<[f64]> = (0..left.samples.len()).map(|k| start_s + k as f64 / sample_rate_hz).collect();
         let mut trace = Panel::new(Axis::linear("Time", "s"), Axis::linear("Residual", one.unit.as_str())).with(Series::line(
             "residual",
             time,
@@ -61,6 +61,7 @@ pub fn residual(name: &str, title: &str, sample_rate_hz: f64, residuals: &[Resid
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::Mark;
 
     #[test]
     fn each_output_has_its_time_frequency_and_memory() {
@@ -78,9 +79,10 @@ mod tests {
                 vaf_percent: 99.0,
             },
         };
-        let figure = residual("r", "Residual", 100.0, &[one.clone(), one.clone()]).unwrap();
+        let figure = residual("r", "Residual", (100.0, 35.0), &[one.clone(), one.clone()]).unwrap();
         assert_eq!((figure.cells.len(), figure.columns), (6, 3));
+        assert!(matches!(&figure.cells[0].panels[0].series[0].mark, Mark::Line { x, .. } if x[..] == [35.0, 35.01, 35.02]));
         let short = Leftover { density: vec![1.0], ..one.left };
-        assert!(residual("r", "Residual", 100.0, &[Residual { left: short, ..one }]).is_err());
+        assert!(residual("r", "Residual", (100.0, 0.0), &[Residual { left: short, ..one }]).is_err());
     }
 }

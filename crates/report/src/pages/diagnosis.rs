@@ -238,7 +238,7 @@ fn runs_section(result: &DiagnosisResult, pictures: &Pictures, words: &Words) ->
     let clock = (pictures.sample_rate_hz, pictures.start_s);
     let mut section = Section::new("Prediction of held-out data", words.runs).figure(run_figure("held-out", "The first held-out trial", clock, &runs)?);
     let title = if named { "What the extended model leaves" } else { "What the baseline leaves" };
-    if let Some(figure) = residual_figure("held-out-residual", title, (pictures.sample_rate_hz, pictures.band_hz), &runs)? {
+    if let Some(figure) = residual_figure("held-out-residual", title, clock, pictures.band_hz, &runs)? {
         section = section.figure(figure);
     }
     Ok(Some(section))

@@ -35,13 +35,10 @@ pub fn overlay_section(trials: &Trials, fitted: &Fitted) -> Result<Option<Sectio
         significant(first.band_hz[0], 2),
         significant(first.band_hz[1], 3)
     );
-    let mut section = Section::new("Simulated beside measured", lead).figure(run_figure(
-        "simulated",
-        &format!("Measured and simulated, {}", Path::new(&first.file).file_name().unwrap_or_default().to_string_lossy()),
-        (first.sample_rate_hz, first.start_s),
-        &runs,
-    )?);
-    if let Some(figure) = residual_figure("residual", "What the model leaves", (first.sample_rate_hz, first.band_hz), &runs)? {
+    let clock = (first.sample_rate_hz, first.start_s);
+    let title = format!("Measured and simulated, {}", Path::new(&first.file).file_name().unwrap_or_default().to_string_lossy());
+    let mut section = Section::new("Simulated beside measured", lead).figure(run_figure("simulated", &title, clock, &runs)?);
+    if let Some(figure) = residual_figure("residual", "What the model leaves", clock, first.band_hz, &runs)? {
         section = section.figure(figure);
     }
     Ok(Some(section.table(table)))
@@ -73,13 +70,13 @@ pub(super) fn run_figure(name: &str, title: &str, (sample_rate_hz, start_s): (f6
 }
 
 /// What the last model of each output leaves; nothing where one of them has no finite run or the band is too narrow.
-pub(super) fn residual_figure(name: &str, title: &str, (rate_hz, band_hz): (f64, [f64; 2]), runs: &[Compared<'_>]) -> Result<Option<Figure>, FigureError> {
+pub(super) fn residual_figure(name: &str, title: &str, clock: (f64, f64), band_hz: [f64; 2], runs: &[Compared<'_>]) -> Result<Option<Figure>, FigureError> {
     let left: Option<Vec<Leftover>> =
-        runs.iter().map(|run| run.models.last().and_then(|(_, simulated)| leftover(run.measured, simulated, rate_hz, band_hz))).collect();
+        runs.iter().map(|run| run.models.last().and_then(|(_, simulated)| leftover(run.measured, simulated, clock.0, band_hz))).collect();
     let Some(left) = left else { return Ok(None) };
     if left.is_empty() {
         return Ok(None);
     }
     let residuals: Vec<Residual> = runs.iter().zip(left).map(|(run, left)| Residual { output: run.output.clone(), unit: run.unit.clone(), left }).collect();
-    Ok(Some(figures::residual(name, title, rate_hz, &residuals)?))
+    Ok(Some(figures::residual(name, title, clock, &residuals)?))
 }

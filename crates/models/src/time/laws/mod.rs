@@ -34,7 +34,7 @@ pub(crate) use fractional::FractionalSum;
 pub use latency::Latency;
 pub use lugre::LuGre;
 pub use maxwell_slip::MaxwellSlip;
-pub use reflex::{LinearReflex, OneDirectionalReflex};
+pub use reflex::{LinearReflex, NO_MUSCLE_HZ, OneDirectionalReflex};
 pub use saturation::Saturation;
 pub use short_range_stiffness::ShortRangeStiffness;
 pub use soft_hold::SoftHold;

@@ -3,6 +3,9 @@
 use super::vocabulary::*;
 use crate::blocks::Reflex;
 
+/// A cut-off (Hz) from which on there is no muscle: the force is what drives it, at once.
+pub const NO_MUSCLE_HZ: f64 = 1e6;
+
 /// Delayed feedback of position and velocity through critically damped muscle of second order.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearReflex;
@@ -23,7 +26,7 @@ impl Equation for LinearReflex {
     }
 
     fn fastest_rate(&self, theta: &[f64], _at: &Local<f64>) -> f64 {
-        2.0 * TAU * theta[3]
+        rate(theta[3])
     }
 
     fn response(&self, theta: &[f64], s: Complex64) -> Option<Complex64> {
@@ -56,12 +59,21 @@ impl Equation for OneDirectionalReflex {
     }
 
     fn fastest_rate(&self, theta: &[f64], _at: &Local<f64>) -> f64 {
-        2.0 * TAU * theta[2]
+        rate(theta[2])
     }
 }
 
 /// What critically damped muscle makes of a drive.
 fn muscle<R: Real>(drive: R, cutoff_hz: R, states: &[R], rates: &mut [R]) -> R {
+    if cutoff_hz.value() >= NO_MUSCLE_HZ {
+        rates.fill(R::of(0.0));
+        return drive;
+    }
     second_order(drive, [cutoff_hz.times(TAU), R::of(1.0)], states, rates);
     states[0]
+}
+
+/// The fastest rate of such a muscle.
+fn rate(cutoff_hz: f64) -> f64 {
+    if cutoff_hz < NO_MUSCLE_HZ { 2.0 * TAU * cutoff_hz } else { 0.0 }
 }
