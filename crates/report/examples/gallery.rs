@@ -145,7 +145,7 @@ fn gallery() -> Result<Report, FigureError> {
                 .figure(spectra("spectra", "Power by frequency", &frequency_hz, &powers, Some((0.5, 10.0)))?),
             diagnosis()?,
             sessions(&mut noise)?,
-            Section::new("What remains", "The residual is white above 2 Hz.").figure(residual("residual", "Residual", RATE_HZ, &leftovers(&mut noise, &frequency_hz))?),
+            Section::new("What remains", "The residual is white above 2 Hz.").figure(residual("residual", "Residual", (RATE_HZ, 0.0), &leftovers(&mut noise, &frequency_hz))?),
         ],
         settings: [("method", "welch"), ("nperseg", "8192"), ("noverlap", "4096"), ("nfft", "8192"), ("window", "hann"), ("detrend", "constant"), ("band_hz", "0.25 – 10")]
             .map(|(name, value)| (name.into(), value.into()))

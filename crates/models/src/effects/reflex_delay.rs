@@ -58,6 +58,9 @@ fn told_by_delay(form: Form) -> Form {
     form.floor(0.02).absolute(DELAY.name, 0.5e-3)
 }
 
+/// What the knobs of a form are.
+type DelayAndCutoff = fn(&[f64]) -> [f64; 2];
+
 fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
     let number = |card| parameters.number(CARD.name, card);
     let theta = [number(&STIFFNESS)?, number(&DAMPING)?, number(&DELAY)?, number(&CUTOFF)?];
@@ -72,8 +75,7 @@ fn forms(scale: &Scale) -> Vec<Form> {
         let theta = [stiffness, damping, delay, cutoff];
         Reflex { axis, direction, theta, gain: Gain::Constant }
     };
-    let through: [fn(&[f64]) -> [f64; 2]; 2] = [|k| [k[0], k[1]], |k| [k[0], NO_MUSCLE_HZ]];
-    let of_axis = |axis: usize, at: fn(&[f64]) -> [f64; 2]| {
+    let of_axis = |axis: usize, at: DelayAndCutoff| {
         let both = Form::new("both directions", Some(axis), Action::force(move |k, c| law(axis, at(k), [c[0], c[1]], 0.0)))
             .coefficients(vec![Sign::Positive, Sign::Positive])
             .naming(move |k, c| named(at(k), [c[0], c[1]], false));
@@ -85,8 +87,8 @@ fn forms(scale: &Scale) -> Vec<Form> {
     };
     (0..scale.axes())
         .flat_map(|axis| {
-            let muscle = of_axis(axis, through[0]).map(|form| searched(form, scale));
-            muscle.chain(of_axis(axis, through[1]).map(|form| searched_without_muscle(form, scale)))
+            let muscle = of_axis(axis, |k| [k[0], k[1]]).map(|form| searched(form, scale));
+            muscle.chain(of_axis(axis, |k| [k[0], NO_MUSCLE_HZ]).map(|form| searched_without_muscle(form, scale)))
         })
         .collect()
 }

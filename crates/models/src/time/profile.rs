@@ -231,8 +231,7 @@ impl FreeRunFit {
         }
         let problem = self.problem_of(mechanism, trials, &fit)?;
         let profiler = Profiler::new(&problem, fit.unknowns());
-        let scales = mechanism.scales(&fit.theta);
-        for k in 0..fit.parameters.len() {
+        for (k, scale) in mechanism.scales(&fit.theta).into_iter().enumerate() {
             let std_error = fit.parameters[k].std_error;
             let half = 0.5 * (fit.parameters[k].ci95[1] - fit.parameters[k].ci95[0]);
             if !std_error.is_finite() || profiler.is_straight(k, half, fit.profile_quantiles[k]) {
@@ -241,7 +240,7 @@ impl FreeRunFit {
             let [low, high] = interval(&profiler, &fit, k)?;
             let open = low <= profiler.bounds[k].0 || high >= profiler.bounds[k].1;
             fit.parameters[k].ci95 = [low, high];
-            fit.parameters[k].identifiable = !open && 0.5 * (high - low) <= scales[k];
+            fit.parameters[k].identifiable = !open && 0.5 * (high - low) <= scale;
             fit.profiled[k] = true;
         }
         Ok(fit)
