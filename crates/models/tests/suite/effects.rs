@@ -3,6 +3,7 @@
 //! `reference/effects.json` holds the force of each law for one motion, computed by `reference/effects.py` from the equations alone.
 
 use ndof_models::effects::{Action, CurvedArm, EFFECTS, Effect, Evidence, Injection, Parameters, Scale, Setting, Sign, Trace, Value, find, rotational_name};
+use ndof_models::time::laws::NO_MUSCLE_HZ;
 use ndof_models::{ForceLaw, Motion};
 use std::f64::consts::TAU;
 
@@ -265,7 +266,11 @@ fn responses_agree_with_their_laws_on_a_sine() {
             }
         }
     }
-    assert_eq!(some, 2 * 9, "a solid, two times, a fraction, reflexes with three gains, a soft hold with two, each in two units of time");
+    assert_eq!(
+        some,
+        2 * 12,
+        "a solid, two times, a fraction, reflexes with three gains with a muscle and without, a soft hold with two, each in two units of time"
+    );
 }
 
 /// Of a Gaussian velocity half passes a rectifier (Bussgang): ½ s e^(−sτ) (ω/(s + ω))². A late channel is e^(−sτ), and one that is early undoes it.
@@ -274,7 +279,9 @@ fn tangents_and_delays_are_what_their_equations_say() {
     let (s, mut some) = (num_complex::Complex64::new(0.0, TAU * 1.7), [0; 3]);
     for form in find("reflex-delay").expect("an effect").forms(&scale()) {
         let Action::Force { tangent: Some(tangent), .. } = &form.action else { continue };
-        let (omega, share) = (TAU * 2.0, if form.label.contains("only") { 0.5 } else { 1.0 });
+        // Without a muscle there is the delay alone.
+        let cutoff_hz = if form.knobs.len() == 1 { NO_MUSCLE_HZ } else { 2.0 };
+        let (omega, share) = (TAU * cutoff_hz, if form.label.contains("only") { 0.5 } else { 1.0 });
         let want = share * s * (-s * 0.04).exp() * (omega / (s + omega)).powi(2);
         assert!((tangent(s, &[0.04, 2.0]) - want).norm() < 1e-14 * want.norm(), "{}", form.label);
         some[0] += usize::from(share < 1.0);
