@@ -6,7 +6,7 @@ use super::material::Answer;
 use crate::curve::CALIBRATION;
 use crate::hypotheses::Hypothesis;
 use crate::judge::Errors;
-use crate::result::{BandShare, Considered, Discrepancy, Minor, ModelParameter, ParameterFlag, Shift, TimeShare};
+use crate::result::{AnotherPlant, BandShare, Considered, Discrepancy, Minor, ModelParameter, ParameterFlag, Shift, TimeShare};
 use crate::search::{Chosen, ENOUGH, Stand};
 use crate::whittle::variance_of;
 use ndof_models::effects::Matrix;
@@ -122,7 +122,7 @@ impl Answer<'_> {
         })
     }
 
-    pub(super) fn discrepancy(&self, before: &Errors, notes: Vec<String>) -> Discrepancy {
+    pub(super) fn discrepancy(&self, before: &Errors, another_plant: Option<AnotherPlant>, notes: Vec<String>) -> Discrepancy {
         let layout = &self.subject.layout;
         let lines = layout.lines();
         let unit = 1.0 / layout.time_s;
@@ -156,7 +156,7 @@ impl Answer<'_> {
             nonlinear_share: s.nonlinear,
             time_varying_share: s.varying,
             noise_share: s.noise,
-            another_plant: None,
+            another_plant,
             notes,
         }
     }

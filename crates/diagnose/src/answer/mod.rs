@@ -20,7 +20,7 @@ use crate::free_run::WINDOW_S;
 use crate::judge::Errors;
 use crate::pictures::Pictures;
 use crate::result::{
-    Cause, CauseParameter, Confusable, Curve, Diagnosis, Discrepancy, Extended, Model, ModelParameter, NoiseFloor, ParameterFlag, Score, Split, UNSURE, Verdict,
+    Cause, CauseParameter, Confusable, Curve, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, ParameterFlag, Score, Split, UNSURE, Verdict,
 };
 use crate::search::{Chosen, Stand};
 use crate::state;
@@ -76,8 +76,7 @@ impl Answer<'_> {
         let model = if kept.is_empty() { None } else { self.model(&kept) };
         let (all, extended) = model.as_ref().map_or((&[][..], self.baseline), |model| (&model.chosen, &model.stand));
         let others = subject.as_likely(all, extended, self.order());
-        self.tell_parameters(&mut causes, &kept, all, extended, &others);
-        weak |= self.doubt_forbidden_signs(&mut causes, &kept, (all, extended));
+        weak |= self.tell_parameters(&mut causes, &kept, all, extended, &others);
         let with_all = model.as_ref().map_or(&quiet, |model| &model.errors);
         let extended_score = with_all.score.clone();
         self.complete(&mut causes, (all, extended), &before, &left);
@@ -116,7 +115,7 @@ impl Answer<'_> {
         let diagnosis = Diagnosis {
             split,
             baseline: Model { model: "inertia-damping-stiffness".to_owned(), parameters: own, held_out: before.score.clone() },
-            discrepancy: Discrepancy { another_plant: elsewhere.map(|elsewhere| elsewhere.told), ..self.discrepancy(&before, notes) },
+            discrepancy: self.discrepancy(&before, elsewhere.map(|elsewhere| elsewhere.told), notes),
             noise_floor,
             verdict,
             extended: Extended {
@@ -187,24 +186,10 @@ impl Answer<'_> {
         causes.iter_mut().zip(turn).filter(|(_, turns)| turns.is_some_and(|turns| turns || none_alone)).for_each(|(cause, _)| cause.believe_at_most(UNSURE));
     }
 
-    /// A law with a sign that it cannot have stands for another; whether there is one.
-    fn doubt_forbidden_signs(&self, causes: &mut [Cause], kept: &[usize], (all, extended): (&[Chosen], &Stand)) -> bool {
-        let forbidden = |cause: &&mut Cause| {
-            let position = cause.lead.and_then(|lead| kept.binary_search(&lead).ok());
-            position.is_some_and(|position| self.subject.has_a_forbidden_sign(all, extended, position))
-        };
-        let doubted: Vec<&mut Cause> = causes.iter_mut().filter(forbidden).collect();
-        let any = !doubted.is_empty();
-        for cause in doubted {
-            cause.believe_at_most(UNSURE);
-            cause.evidence.push("one of its numbers has a sign that the law cannot have: it stands for something else".to_owned());
-        }
-        any
-    }
-
-    /// The causes as they are in the final model; their intervals hold those of other knobs and forms that the data like as well.
-    fn tell_parameters(&self, causes: &mut [Cause], kept: &[usize], all: &[Chosen], extended: &Stand, others: &[(Vec<Chosen>, Stand)]) {
-        let subject = self.subject;
+    /// The causes as they are in the final model; their intervals hold those of other knobs and forms that the data like as well. Whether one of them is doubted:
+    /// a law with a sign that it cannot have stands for another.
+    fn tell_parameters(&self, causes: &mut [Cause], kept: &[usize], all: &[Chosen], extended: &Stand, others: &[(Vec<Chosen>, Stand)]) -> bool {
+        let (subject, mut doubted) = (self.subject, false);
         for (position, cause) in causes.iter_mut().filter_map(|cause| Some((kept.binary_search(&cause.lead?).ok()?, cause))) {
             cause.parameters = subject.named(all, extended, position);
             let mut forms: Vec<&str> = Vec::new();
@@ -235,12 +220,18 @@ impl Answer<'_> {
             if !forms.is_empty() {
                 cause.evidence.push(format!("as likely in another form ({}): its intervals hold the values of both", forms.join(", ")));
             }
+            if subject.has_a_forbidden_sign(all, extended, position) {
+                cause.believe_at_most(UNSURE);
+                cause.evidence.push("one of its numbers has a sign that the law cannot have: it stands for something else".to_owned());
+                doubted = true;
+            }
             if let Some(schedule) = &self.options.schedule {
                 cause.over_schedule = subject.curves(schedule, &self.meaning.axes, all, extended, position);
                 cause.parameters.extend(cause.over_schedule.iter().flat_map(Curve::ends));
                 cause.evidence.splice(1..1, cause.over_schedule.iter().map(Curve::sentence));
             }
         }
+        doubted
     }
 
     /// Groups that are to be named, those that are not with the reason, and whether one of these matters and is not what its name says.

@@ -105,7 +105,6 @@ fn a_change_within_the_held_out_part_is_no_noise() {
     }
 }
 
-/// No reflex of the registry is without a muscle. What stands in for it by turning the damping below zero is not sure.
 /// A feedback that answers late, without a muscle, is no relaxation.
 #[test]
 fn a_feedback_without_a_muscle_is_a_reflex_without_one() {

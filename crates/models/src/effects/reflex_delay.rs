@@ -7,7 +7,7 @@ use crate::time::laws::NO_MUSCLE_HZ;
 pub(super) const DELAY: ParameterCard = plain("delay_s", "s", 0.0, 10.0, None);
 const STIFFNESS: ParameterCard = mechanical("stiffness_n_per_m", ("N/m", "N m/rad"), -1e9, 1e9, Some(0.0));
 const DAMPING: ParameterCard = mechanical("damping_n_s_per_m", ("N s/m", "N m s/rad"), -1e9, 1e9, Some(0.0));
-pub(super) const CUTOFF: ParameterCard = plain("cutoff_hz", "Hz", 1e-6, 1e6, Some(3.0));
+pub(super) const CUTOFF: ParameterCard = plain("cutoff_hz", "Hz", 1e-6, NO_MUSCLE_HZ, Some(3.0));
 pub(super) const ONE_DIRECTIONAL: ParameterCard = plain("one_directional", "", -1.0, 1.0, Some(0.0));
 const CARD: Card = Card {
     name: "reflex-delay",
@@ -58,6 +58,15 @@ fn told_by_delay(form: Form) -> Form {
     form.floor(0.02).absolute(DELAY.name, 0.5e-3)
 }
 
+/// Forms of position and velocity, of positive and negative velocity, and of velocity.
+const THROUGH_MUSCLE: [&str; 4] = ["both directions", "positive velocity only", "negative velocity only", "velocity in both directions"];
+const WITHOUT_MUSCLE: [&str; 4] = [
+    "both directions, without a muscle",
+    "positive velocity only, without a muscle",
+    "negative velocity only, without a muscle",
+    "velocity in both directions, without a muscle",
+];
+
 /// What the knobs of a form are.
 type DelayAndCutoff = fn(&[f64]) -> [f64; 2];
 
@@ -69,17 +78,23 @@ fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, Ef
 
 fn forms(scale: &Scale) -> Vec<Form> {
     // Beside a gain that may follow a schedule stands the constant one, which does not pay for a position that plays no part.
-    let alone = scale.closed_schedule.map(|_| (0.0, "velocity in both directions"));
-    let of_velocity = [(1.0, "positive velocity only"), (-1.0, "negative velocity only")].into_iter().chain(alone);
+    let velocities = if scale.closed_schedule.is_some() { &[1.0, -1.0, 0.0][..] } else { &[1.0, -1.0] };
     let law = |axis, [delay, cutoff]: [f64; 2], [stiffness, damping]: [f64; 2], direction| {
         let theta = [stiffness, damping, delay, cutoff];
         Reflex { axis, direction, theta, gain: Gain::Constant }
     };
-    let of_axis = |axis: usize, at: DelayAndCutoff| {
-        let both = Form::new("both directions", Some(axis), Action::force(move |k, c| law(axis, at(k), [c[0], c[1]], 0.0)))
+    let of_axis = |axis: usize, at: DelayAndCutoff, [of_both, positive, negative, of_velocity]: [&'static str; 4]| {
+        let both = Form::new(of_both, Some(axis), Action::force(move |k, c| law(axis, at(k), [c[0], c[1]], 0.0)))
             .coefficients(vec![Sign::Positive, Sign::Positive])
             .naming(move |k, c| named(at(k), [c[0], c[1]], false));
-        let velocity = of_velocity.clone().map(move |(direction, label)| {
+        let velocity = velocities.iter().map(move |&direction| {
+            let label = if direction > 0.0 {
+                positive
+            } else if direction < 0.0 {
+                negative
+            } else {
+                of_velocity
+            };
             let action = Action::tangent(move |k, c| law(axis, at(k), [0.0, c[0]], direction), move |s, k| tangent(direction, s, at(k)));
             Form::new(label, Some(axis), action).coefficients(vec![Sign::Positive]).naming(move |k, c| named(at(k), [0.0, c[0]], direction != 0.0))
         });
@@ -87,8 +102,8 @@ fn forms(scale: &Scale) -> Vec<Form> {
     };
     (0..scale.axes())
         .flat_map(|axis| {
-            let muscle = of_axis(axis, |k| [k[0], k[1]]).map(|form| searched(form, scale));
-            muscle.chain(of_axis(axis, |k| [k[0], NO_MUSCLE_HZ]).map(|form| searched_without_muscle(form, scale)))
+            let muscle = of_axis(axis, |k| [k[0], k[1]], THROUGH_MUSCLE).map(|form| searched(form, scale));
+            muscle.chain(of_axis(axis, |k| [k[0], NO_MUSCLE_HZ], WITHOUT_MUSCLE).map(|form| searched_without_muscle(form, scale)))
         })
         .collect()
 }
