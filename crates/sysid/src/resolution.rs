@@ -81,3 +81,16 @@ fn by_lines(kernel: &Kernel, spacing_hz: f64) -> Vec<(isize, f64)> {
     }
     lines.into_iter().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_between_lines_is_shared_by_them() {
+        let kernel = Kernel { offset_hz: vec![-0.75, 0.0, 0.125, 1.0], weight: vec![4.0, 2.0, 8.0, 1.0] };
+        // A spacing of half a hertz: one and a half lines below, a quarter of one above, two above.
+        assert_eq!(by_lines(&kernel, 0.5), [(-2, 2.0), (-1, 2.0), (0, 8.0), (1, 2.0), (2, 1.0)]);
+        assert_eq!(by_lines(&kernel, f64::INFINITY), [(0, 15.0)]);
+    }
+}
