@@ -45,6 +45,7 @@ pub(super) fn searched(form: Form, scale: &Scale) -> Form {
 
 /// The same of one without a muscle: the delay alone, from somewhat less than what the fastest reflexes take (30 ms). A feedback that answers sooner shows in
 /// no such band: inertia, damping and stiffness together do what it does.
+/// Up to 0.1 s any delay is nearer to a start than a quarter of a period at the band's end (21 ms).
 fn searched_without_muscle(form: Form, scale: &Scale) -> Form {
     let unit = scale.human_time_s();
     told_by_delay(form.knobs(vec![delay(0.02 * unit, unit)], &[&[0.03, 0.05, 0.09].map(|delay| delay * unit)]))
